@@ -256,7 +256,7 @@ void desk_event(struct desk *desk, const struct event *event, uint64_t now_ns)
 
 		if (client->phase != DESK_SAVING || client->device != event->device)
 			continue;
-		if (event->c == POKEYS_OUTCOME_DONE)
+		if ((uint8_t)event->c == POKEYS_OUTCOME_DONE)
 			desk_answer(desk, client, true, "%s: its settings are in its flash memory "
 				    "now", desk->config->device[event->device].name);
 		else

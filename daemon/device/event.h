@@ -40,7 +40,8 @@ enum event_code {
 	EVENT_FOREIGN_IMAGE,	/* the command image has another layout; a = magic,
 				 * b = version */
 	EVENT_ONE_SHOT,		/* a = operation, b = id or EVENT_ORDERED, c = enum
-				 * pokeys_outcome */
+				 * pokeys_outcome, bits 8..15 = enum one_shot_refusal, 16..23 =
+				 * its axis or encoder */
 	EVENT_STALE,		/* a = 1 stale, 0 fresh again; b = age, us; -1 = not all came yet */
 	EVENT_PACKETS,		/* first of a kind or at most once in 10 s: a = enum
 				 * event_packets, b = how many */
@@ -117,6 +118,34 @@ enum event_code {
 
 /* EVENT_ONE_SHOT: no commander's, but a terminal's; ids of commanders begin anywhere. */
 enum { EVENT_ORDERED = -1 };
+
+/* EVENT_ONE_SHOT: why it was refused. Records are read by the numbers: new ones come last. */
+enum one_shot_refusal {
+	REFUSAL_NONE,			/* it was not, or other events say why */
+	REFUSAL_NOT_OFFERED,
+	REFUSAL_NOT_CONNECTED,
+	REFUSAL_VALUE,			/* out of range */
+	REFUSAL_MACHINE_OFF,
+	REFUSAL_MACHINE_ON,
+	REFUSAL_NO_ENGINE,		/* no pulse engine */
+	REFUSAL_ENGINE_ON,
+	REFUSAL_BUSY,			/* with a task or a path */
+	REFUSAL_NO_AXIS,		/* is named */
+	REFUSAL_AXIS_OFF,
+	REFUSAL_AXIS_DRIVEN,
+	REFUSAL_AXIS_BUFFERED,
+	REFUSAL_NO_HOME_SWITCH,
+	REFUSAL_SOFT_LIMIT,
+	REFUSAL_NO_HAND_WHEEL,
+	REFUSAL_NOTHING_TO_FINISH,
+	REFUSAL_ENGINE_OFF,
+	REFUSAL_NO_ENCODER,
+	REFUSAL_SERVO_ENCODER,
+	REFUSAL_NO_INDEX,
+	REFUSAL_NO_COUNTERS,
+	REFUSAL_SAVED_JUST_NOW,
+	REFUSALS
+};
 
 /* EVENT_CONFIG_REFUSED: why the device does not have what is wanted. */
 enum setting_reason {

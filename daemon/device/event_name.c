@@ -166,12 +166,48 @@ static const char *const outcome_names[] = {
 	[POKEYS_OUTCOME_DONE] = "done",
 	[POKEYS_OUTCOME_FAILED] = "failed",
 	[POKEYS_OUTCOME_UNKNOWN] = "not known: no answer, and it could not be read back",
-	[POKEYS_OUTCOME_REFUSED] = "refused: not valid, or not permitted now",
+	[POKEYS_OUTCOME_REFUSED] = "refused",
 };
 
 const char *event_outcome_name(int64_t outcome)
 {
 	return PICK(outcome_names, outcome);
+}
+
+static const char *const refusal_names[REFUSALS] = {
+	[REFUSAL_NONE] = "not valid, or not permitted now",
+	[REFUSAL_NOT_OFFERED] = "there is no such operation",
+	[REFUSAL_NOT_CONNECTED] = "the device is not connected",
+	[REFUSAL_VALUE] = "a value is out of range",
+	[REFUSAL_MACHINE_OFF] = "the machine is off",
+	[REFUSAL_MACHINE_ON] = "the machine is on, or something still moves",
+	[REFUSAL_NO_ENGINE] = "this device has no pulse engine",
+	[REFUSAL_ENGINE_ON] = "the pulse engine is on, and this firmware can then not set the "
+			      "position of one axis alone",
+	[REFUSAL_BUSY] = "homing, probing, jogging, threading or a path is under way",
+	[REFUSAL_NO_AXIS] = "no axis is named",
+	[REFUSAL_AXIS_OFF] = "axis # is not configured (axes and axis.#.mode in pokeysd.conf)",
+	[REFUSAL_AXIS_DRIVEN] = "axis # is enabled, or still moves",
+	[REFUSAL_AXIS_BUFFERED] = "axis # is in buffered mode, in which the device cannot probe",
+	[REFUSAL_NO_HOME_SWITCH] = "axis # has no home switch (axis.#.home or axis.#.home-shared "
+				   "in pokeysd.conf)",
+	[REFUSAL_SOFT_LIMIT] = "the target of axis # is beyond its soft limits",
+	[REFUSAL_NO_HAND_WHEEL] = "no axis in position mode has a hand wheel (axis.N.mpg-encoder "
+				  "in pokeysd.conf)",
+	[REFUSAL_NOTHING_TO_FINISH] = "there is no homing to finish",
+	[REFUSAL_ENGINE_OFF] = "the pulse engine does not run",
+	[REFUSAL_NO_ENCODER] = "this device has no encoder #",
+	[REFUSAL_SERVO_ENCODER] = "encoder # belongs to a servo motor, or would be written "
+				  "together with the encoder of one that is enabled",
+	[REFUSAL_NO_INDEX] = "encoder # is no fast encoder that counts (fast-encoders, "
+			     "ultra-fast-encoder in pokeysd.conf), so it has no index",
+	[REFUSAL_NO_COUNTERS] = "this device has no digital counters",
+	[REFUSAL_SAVED_JUST_NOW] = "its flash memory was written less than 2 s ago",
+};
+
+const char *event_refusal_name(int64_t refusal)
+{
+	return PICK(refusal_names, refusal);
 }
 
 static const char *const fault_names[COMMAND_FAULTS] = {

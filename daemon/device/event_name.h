@@ -18,6 +18,7 @@ const char *event_fault_text(int64_t fault);
 const char *event_packets_name(int64_t kind, int64_t count);
 const char *event_one_shot_name(int64_t operation);	/* enum pokeys_one_shot_operation */
 const char *event_outcome_name(int64_t outcome);	/* enum pokeys_outcome */
+const char *event_refusal_name(int64_t refusal);	/* enum one_shot_refusal; # = its part */
 const char *event_command_fault_name(int64_t fault);	/* enum command_fault, a number follows */
 const char *event_part_name(int64_t part);		/* enum command_part */
 const char *event_place_loss_name(int64_t why);		/* enum place_loss */

@@ -360,13 +360,26 @@ static void put_foreign_wish(struct line *line, const struct event *e)
 	    "session or generation; daemon and commander must be of one release");
 }
 
+/* '#' in the text stands for the axis or encoder. */
+static void put_refusal(struct line *line, unsigned int reason, unsigned int part)
+{
+	put(line, ": ");
+	for (const char *text = event_refusal_name(reason); *text; text++)
+		if (*text == '#')
+			put(line, "%u", part);
+		else
+			put(line, "%c", *text);
+}
+
 static void put_one_shot(struct line *line, const struct event *e)
 {
 	if (e->b == EVENT_ORDERED)
 		put(line, "order of a terminal");
 	else
 		put(line, "one-shot %lld", (long long)e->b);
-	put(line, " (%s): %s", event_one_shot_name(e->a), event_outcome_name(e->c));
+	put(line, " (%s): %s", event_one_shot_name(e->a), event_outcome_name((uint8_t)e->c));
+	if ((uint8_t)e->c == POKEYS_OUTCOME_REFUSED)
+		put_refusal(line, (uint8_t)(e->c >> 8), (uint8_t)(e->c >> 16));
 }
 
 static void put_stale(struct line *line, const struct event *e)

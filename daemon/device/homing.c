@@ -44,19 +44,26 @@ static bool has_home_switch(const struct device *device, unsigned int axis)
 		       (WIRE_SWITCH_HOME | WIRE_SWITCH_HOME_ON_N | WIRE_SWITCH_HOME_ON_P);
 }
 
-bool homing_allowed(const struct device *device, const struct pokeys_one_shot *shot)
+static struct refusal why_not_axis(const struct device *device, unsigned int axis, int32_t offset)
 {
-	if (!device->safe.permitted || !task_may_begin(device, false) || !shot->mask ||
-	    !task_limit_good(shot->parameter[0]))
-		return false;
-	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		if (shot->mask >> i & 1 &&
-		    (!motion_drivable(device, i) || !has_home_switch(device, i) ||
-		     shot->value[i] > MOTION_POSITION_MAX ||
-		     shot->value[i] < -MOTION_POSITION_MAX))
-			return false;
-	}
-	return true;
+	if (!motion_drivable(device, axis))
+		return refusal(REFUSAL_AXIS_OFF, axis);
+	if (!has_home_switch(device, axis))
+		return refusal(REFUSAL_NO_HOME_SWITCH, axis);
+	return refusal(offset > MOTION_POSITION_MAX || offset < -MOTION_POSITION_MAX ?
+		       REFUSAL_VALUE : REFUSAL_NONE, 0);
+}
+
+struct refusal homing_why_not(const struct device *device, const struct pokeys_one_shot *shot)
+{
+	struct refusal why = task_why_not(device, false, shot);
+
+	if (!why.reason && !shot->mask)
+		why = refusal(REFUSAL_NO_AXIS, 0);
+	for (unsigned int i = 0; i < POKEYS_AXES && !why.reason; i++)
+		if (shot->mask >> i & 1)
+			why = why_not_axis(device, i, shot->value[i]);
+	return why;
 }
 
 static bool start(struct device *device, pokeys_parser_t parser)

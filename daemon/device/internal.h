@@ -186,6 +186,7 @@ struct one_shots {
 	uint64_t saved_ns;		/* flash was written, or may have been; 0 = never */
 	uint8_t order;			/* operation that waits for its turn; 0 = none */
 	bool ordered;			/* the one at work came from a terminal */
+	struct refusal why;		/* of the one that is being recorded */
 };
 
 /* meter.c */
@@ -578,19 +579,11 @@ bool one_shot_request(struct device *device, enum wire_op op, const void *value)
 bool one_shot_request_patiently(struct device *device, enum wire_op op, const void *value,
 				uint64_t deadline_ns);
 void one_shot_end(struct device *device, enum pokeys_outcome outcome);
+void one_shot_refuse(struct device *device, struct refusal why);
 /* What it began goes on beside the queue; its outcome comes by device_one_shot_outcome(). */
 void one_shot_release(struct device *device);
 void device_one_shot_outcome(struct device *device, uint32_t id, uint8_t operation,
 			     enum pokeys_outcome outcome);
-
-/* operation_encoder.c */
-/* Whether this new count of an armed encoder says that its index zeroed it. */
-bool operation_index_seen(struct device *device, unsigned int encoder, int32_t count,
-			  uint64_t t_ns);
-/* The fast encoders' index inputs are on, or about to be, for a one-shot. */
-bool operation_index_awaited(const struct device *device);
-/* Switch the fast encoders' index inputs back, if that is due; true if it was sent. */
-bool operation_disarm(struct device *device);
 
 /* meter.c */
 void meter_cycle(struct device *device);

@@ -37,10 +37,13 @@ uint8_t jogging_axes(const struct device *device)
 	return axes;
 }
 
-bool jogging_allowed(const struct device *device, const struct pokeys_one_shot *shot)
+struct refusal jogging_why_not(const struct device *device, const struct pokeys_one_shot *shot)
 {
-	return device->safe.permitted && task_may_begin(device, false) && jogging_axes(device) &&
-	       task_limit_good(shot->parameter[0]);
+	const struct refusal why = task_why_not(device, false, shot);
+
+	if (why.reason)
+		return why;
+	return refusal(jogging_axes(device) ? REFUSAL_NONE : REFUSAL_NO_HAND_WHEEL, 0);
 }
 
 static bool start(struct device *device, pokeys_parser_t parser)

@@ -25,6 +25,9 @@
 static void record(struct device *device, uint32_t id, uint8_t operation,
 		   enum pokeys_outcome outcome)
 {
+	const struct refusal why = device->one_shots.why;
+
+	device->one_shots.why = refusal(REFUSAL_NONE, 0);
 	if (!device->one_shots.ordered)
 		device->image.one_shot[id % POKEYS_ONE_SHOT_RESULTS] =
 			(struct pokeys_one_shot_result){
@@ -35,7 +38,8 @@ static void record(struct device *device, uint32_t id, uint8_t operation,
 		return;		/* hundreds a second */
 	device_say(device, EVENT_ONE_SHOT,
 		   outcome == POKEYS_OUTCOME_DONE ? EVENT_INFO : EVENT_WARNING, operation,
-		   device->one_shots.ordered ? EVENT_ORDERED : (int64_t)id, outcome);
+		   device->one_shots.ordered ? EVENT_ORDERED : (int64_t)id,
+		   outcome | why.reason << 8 | why.part << 16);
 }
 
 static void taken(struct device *device, uint32_t tail)
@@ -81,6 +85,12 @@ void one_shot_end(struct device *device, enum pokeys_outcome outcome)
 	device->one_shots.ordered = false;
 }
 
+void one_shot_refuse(struct device *device, struct refusal why)
+{
+	device->one_shots.why = why;
+	one_shot_end(device, POKEYS_OUTCOME_REFUSED);
+}
+
 void one_shot_release(struct device *device)
 {
 	device->one_shots.phase = ONE_SHOT_IDLE;
@@ -97,21 +107,29 @@ void device_one_shot_outcome(struct device *device, uint32_t id, uint8_t operati
 	device->one_shots.ordered = ordered;
 }
 
+static struct refusal why_not(const struct device *device, const struct operation *operation,
+			      const struct pokeys_one_shot *shot)
+{
+	if (!operation)
+		return refusal(REFUSAL_NOT_OFFERED, 0);
+	if (operation->send && !running(device))
+		return refusal(REFUSAL_NOT_CONNECTED, 0);
+	return operation->why_not ? operation->why_not(device, shot) : refusal(REFUSAL_NONE, 0);
+}
+
 static void begin(struct device *device, const struct pokeys_one_shot *shot)
 {
 	const struct operation *operation = operation_find(shot->operation);
+	const struct refusal why = why_not(device, operation, shot);
 	struct one_shots *shots = &device->one_shots;
 
 	shots->now = *shot;
 	shots->step = 0;
 	shots->acted = false;
 	shots->unread = 0;
-	if (!operation || (operation->send && !running(device)) ||
-	    (operation->allowed && !operation->allowed(device, shot))) {
-		one_shot_end(device, POKEYS_OUTCOME_REFUSED);
-		return;
-	}
-	if (operation->send)
+	if (why.reason)
+		one_shot_refuse(device, why);
+	else if (operation->send)
 		shots->phase = ONE_SHOT_NEXT;
 	else
 		one_shot_end(device, !operation->act || operation->act(device, shot) ?

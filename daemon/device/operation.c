@@ -37,57 +37,74 @@ static bool ask_status(struct device *device)
 	return one_shot_request(device, WIRE_OP_PULSE_STATUS, &request);
 }
 
-static bool machine_off(const struct device *device, const struct pokeys_one_shot *shot)
+static struct refusal needs_machine_off(const struct device *device,
+					const struct pokeys_one_shot *shot)
 {
+	const bool off = !device->safe.permitted && motion_standing(device) &&
+			 servoing_standing(device);
+
 	(void)shot;
-	return !device->safe.permitted && motion_standing(device) && servoing_standing(device);
+	return refusal(off ? REFUSAL_NONE : REFUSAL_MACHINE_ON, 0);
 }
 
-static bool has_engine(const struct device *device, const struct pokeys_one_shot *shot)
+struct refusal operation_needs_engine(const struct device *device,
+				      const struct pokeys_one_shot *shot)
 {
 	(void)shot;
-	return device->image.capability.pulse_engine >= 2;
+	return refusal(device->image.capability.pulse_engine >= 2 ? REFUSAL_NONE :
+								    REFUSAL_NO_ENGINE, 0);
 }
 
 /* Set position. */
 
-static bool axis_may_be_set(const struct device *device, unsigned int i, int32_t position)
+static struct refusal why_not_axis(const struct device *device, unsigned int i, int32_t position)
 {
 	const uint8_t state = device->image.engine.axis[i].state;
 	const uint8_t busy = device->motion.driven | device->motion.releasing;
 
-	return i < device->image.capability.axes && !(busy >> i & 1) &&
-	       position >= -(INT32_C(1) << 24) && position <= INT32_C(1) << 24 &&
-	       (state == WIRE_AXIS_STOPPED || state == WIRE_AXIS_READY || state == WIRE_AXIS_HOME ||
-		state == WIRE_AXIS_LIMIT || state == WIRE_AXIS_ERROR);
+	if (i >= device->image.capability.axes)
+		return refusal(REFUSAL_AXIS_OFF, i);
+	if (position < -(INT32_C(1) << 24) || position > INT32_C(1) << 24)
+		return refusal(REFUSAL_VALUE, 0);
+	if (busy >> i & 1 ||
+	    (state != WIRE_AXIS_STOPPED && state != WIRE_AXIS_READY && state != WIRE_AXIS_HOME &&
+	     state != WIRE_AXIS_LIMIT && state != WIRE_AXIS_ERROR))
+		return refusal(REFUSAL_AXIS_DRIVEN, i);
+	return refusal(REFUSAL_NONE, 0);
 }
 
-static bool position_allowed(const struct device *device, const struct pokeys_one_shot *shot)
+static struct refusal why_not_position(const struct device *device,
+				       const struct pokeys_one_shot *shot)
 {
-	const bool by_mask = reference_by_mask(device);
-	const uint8_t phase = device->motion.phase;
+	struct refusal why = operation_needs_engine(device, shot);
 
-	if (!has_engine(device, shot) || !shot->mask || !task_idle(device) ||
-	    (phase != MOTION_OFF && !by_mask))
-		return false;
-	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		if (shot->mask >> i & 1 && !axis_may_be_set(device, i, shot->value[i]))
-			return false;
-	}
-	return true;
+	if (why.reason)
+		return why;
+	if (!shot->mask)
+		return refusal(REFUSAL_NO_AXIS, 0);
+	if (!task_idle(device))
+		return refusal(REFUSAL_BUSY, 0);
+	if (device->motion.phase != MOTION_OFF && !reference_by_mask(device))
+		return refusal(REFUSAL_ENGINE_ON, 0);
+	for (unsigned int i = 0; i < POKEYS_AXES && !why.reason; i++)
+		if (shot->mask >> i & 1)
+			why = why_not_axis(device, i, shot->value[i]);
+	return why;
 }
 
 static bool position_send(struct device *device)
 {
 	const struct pokeys_one_shot *shot = &device->one_shots.now;
 	struct wire_pulse_positions_req set = { .mask = shot->mask };
+	struct refusal why;
 
 	if (device->one_shots.step)
 		return ask_status(device);
 	if (device->motion.phase == MOTION_HOLD || device->motion.phase == MOTION_START)
 		return false;	/* it will soon be known which axes follow */
-	if (!position_allowed(device, shot)) {
-		one_shot_end(device, POKEYS_OUTCOME_REFUSED);
+	why = why_not_position(device, shot);
+	if (why.reason) {
+		one_shot_refuse(device, why);
 		return false;
 	}
 	memcpy(set.position, shot->value, sizeof(set.position));
@@ -163,10 +180,12 @@ static void clear_answered(struct device *device, const mailbox_entry_t *entry)
 
 /* Counters, flash, clock, reboot: nothing of them can be read back. */
 
-static bool counters_allowed(const struct device *device, const struct pokeys_one_shot *shot)
+static struct refusal why_not_counters(const struct device *device,
+				       const struct pokeys_one_shot *shot)
 {
 	(void)shot;
-	return device->image.capability.digital_counters;
+	return refusal(device->image.capability.digital_counters ? REFUSAL_NONE :
+								   REFUSAL_NO_COUNTERS, 0);
 }
 
 static bool counters_send(struct device *device)
@@ -181,18 +200,21 @@ bool operation_saved_just_now(const struct device *device)
 	return saved_ns && device->now_ns - saved_ns < SAVE_AGAIN_NS;
 }
 
-static bool save_allowed(const struct device *device, const struct pokeys_one_shot *shot)
+static struct refusal why_not_save(const struct device *device, const struct pokeys_one_shot *shot)
 {
-	return machine_off(device, shot) && !operation_saved_just_now(device);
+	if (operation_saved_just_now(device))
+		return refusal(REFUSAL_SAVED_JUST_NOW, 0);
+	return needs_machine_off(device, shot);
 }
 
 /* It was allowed when it was taken; the machine may have been switched on since then. */
 static bool still_off(struct device *device)
 {
-	if (machine_off(device, &device->one_shots.now))
-		return true;
-	one_shot_end(device, POKEYS_OUTCOME_REFUSED);
-	return false;
+	const struct refusal why = needs_machine_off(device, &device->one_shots.now);
+
+	if (why.reason)
+		one_shot_refuse(device, why);
+	return !why.reason;
 }
 
 static bool save_send(struct device *device)
@@ -220,14 +242,17 @@ static bool within(int32_t value, int32_t low, int32_t high)
 	return value >= low && value <= high;
 }
 
-static bool clock_allowed(const struct device *device, const struct pokeys_one_shot *shot)
+static struct refusal why_not_clock(const struct device *device,
+				    const struct pokeys_one_shot *shot)
 {
 	const int32_t *v = shot->value;
+	bool good;
 
 	(void)device;
-	return within(v[0], 2000, 2199) && within(v[1], 1, 12) && within(v[2], 1, 31) &&
+	good = within(v[0], 2000, 2199) && within(v[1], 1, 12) && within(v[2], 1, 31) &&
 	       within(v[3], 0, 23) && within(v[4], 0, 59) && within(v[5], 0, 59) &&
 	       within(v[6], 0, 6) && within(v[7], 0, 366);
+	return refusal(good ? REFUSAL_NONE : REFUSAL_VALUE, 0);
 }
 
 static bool clock_send(struct device *device)
@@ -258,24 +283,24 @@ const struct operation *operation_find(uint8_t operation)
 {
 	static const struct operation nop;
 	static const struct operation set_position = {
-		.allowed = position_allowed, .send = position_send,
+		.why_not = why_not_position, .send = position_send,
 		.answered = position_answered, .unknown = next_step,
 	};
 	static const struct operation clear_fault = {
-		.allowed = has_engine, .send = clear_send, .answered = clear_answered,
+		.why_not = operation_needs_engine, .send = clear_send, .answered = clear_answered,
 		.unknown = next_step,
 	};
 	static const struct operation reset_counters = {
-		.allowed = counters_allowed, .send = counters_send, .answered = simply_done,
+		.why_not = why_not_counters, .send = counters_send, .answered = simply_done,
 	};
 	static const struct operation save_config = {
-		.allowed = save_allowed, .send = save_send, .answered = save_answered,
+		.why_not = why_not_save, .send = save_send, .answered = save_answered,
 	};
 	static const struct operation set_rtc = {
-		.allowed = clock_allowed, .send = clock_send, .answered = simply_done,
+		.why_not = why_not_clock, .send = clock_send, .answered = simply_done,
 	};
 	static const struct operation reboot = {
-		.allowed = machine_off, .send = reboot_send, .answered = reboot_answered,
+		.why_not = needs_machine_off, .send = reboot_send, .answered = reboot_answered,
 	};
 	static const struct operation *const offered[] = {
 		[POKEYS_ONE_SHOT_NOP] = &nop,

@@ -36,10 +36,12 @@ static unsigned int bank_of(const struct pokeys_one_shot *shot)
 	return shot->index / WIRE_ENCODER_BANK;
 }
 
-static bool set_allowed(const struct device *device, const struct pokeys_one_shot *shot)
+static struct refusal why_not_set(const struct device *device, const struct pokeys_one_shot *shot)
 {
-	return shot->index < device->image.capability.encoders &&
-	       servoing_may_write(device, shot->index);
+	if (shot->index >= device->image.capability.encoders)
+		return refusal(REFUSAL_NO_ENCODER, shot->index);
+	return refusal(servoing_may_write(device, shot->index) ? REFUSAL_NONE :
+								 REFUSAL_SERVO_ENCODER, shot->index);
 }
 
 /* Where this encoder will be when the device reads our packet. */
@@ -62,7 +64,7 @@ static bool set_write(struct device *device)
 	};
 
 	if (!servoing_may_write(device, shot->index)) {
-		one_shot_end(device, POKEYS_OUTCOME_REFUSED);
+		one_shot_refuse(device, refusal(REFUSAL_SERVO_ENCODER, shot->index));
 		return false;
 	}
 	for (unsigned int i = 0; i < WIRE_ENCODER_BANK; i++)
@@ -142,7 +144,7 @@ static void set_unknown(struct device *device)
 }
 
 const struct operation operation_set_encoder = {
-	.allowed = set_allowed, .send = set_send, .answered = set_answered,
+	.why_not = why_not_set, .send = set_send, .answered = set_answered,
 	.unknown = set_unknown,
 };
 
@@ -159,14 +161,20 @@ static bool is_fast(const struct device *device, unsigned int encoder)
 	       (fast_setup(device)->status & 0x0F) != WIRE_FAST_OFF;
 }
 
-static bool arm_allowed(const struct device *device, const struct pokeys_one_shot *shot)
+static bool has_index(const struct device *device, unsigned int encoder)
 {
-	if (!servoing_may_arm(device, shot->index))
-		return false;
-	if (shot->index == WIRE_ENCODER_ULTRA)
+	if (encoder == WIRE_ENCODER_ULTRA)
 		return device->image.encoder_enabled >> WIRE_ENCODER_ULTRA & 1 &&
 		       wire_firmware_at_least(&device->identify.identity.firmware, 4, 2, 19);
-	return is_fast(device, shot->index);
+	return is_fast(device, encoder);
+}
+
+static struct refusal why_not_arm(const struct device *device, const struct pokeys_one_shot *shot)
+{
+	if (!has_index(device, shot->index))
+		return refusal(REFUSAL_NO_INDEX, shot->index);
+	return refusal(servoing_may_arm(device, shot->index) ? REFUSAL_NONE :
+							       REFUSAL_SERVO_ENCODER, shot->index);
 }
 
 static bool fast_index(struct device *device, bool on, struct wire_fast_encoders_req *request)
@@ -191,7 +199,7 @@ static bool arm_send(struct device *device)
 	if (device->one_shots.now.index == WIRE_ENCODER_ULTRA)
 		return one_shot_request(device, WIRE_OP_ULTRA_ENCODER, &arm);
 	if (!fast_index(device, true, &fast)) {
-		one_shot_end(device, POKEYS_OUTCOME_REFUSED);
+		one_shot_refuse(device, refusal(REFUSAL_NO_INDEX, device->one_shots.now.index));
 		return false;
 	}
 	return one_shot_request(device, WIRE_OP_FAST_ENCODERS, &fast);
@@ -208,7 +216,7 @@ static void arm_answered(struct device *device, const mailbox_entry_t *entry)
 }
 
 const struct operation operation_arm_index = {
-	.allowed = arm_allowed, .send = arm_send, .answered = arm_answered,
+	.why_not = why_not_arm, .send = arm_send, .answered = arm_answered,
 };
 
 /* Much nearer to zero than any motion explains. */

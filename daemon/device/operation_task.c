@@ -10,12 +10,12 @@
 
 #include "daemon/device/internal.h"
 
-static bool begin(struct device *device, uint8_t task, bool allowed)
+static bool begin(struct device *device, uint8_t task, struct refusal why)
 {
 	struct pokeys_one_shot shot = device->one_shots.now;
 
-	if (!allowed) {
-		one_shot_end(device, POKEYS_OUTCOME_REFUSED);
+	if (why.reason) {
+		one_shot_refuse(device, why);
 		return false;
 	}
 	one_shot_release(device);
@@ -25,7 +25,7 @@ static bool begin(struct device *device, uint8_t task, bool allowed)
 
 static bool home_send(struct device *device)
 {
-	return begin(device, POKEYS_TASK_HOMING, homing_allowed(device, &device->one_shots.now));
+	return begin(device, POKEYS_TASK_HOMING, homing_why_not(device, &device->one_shots.now));
 }
 
 static bool probe_send(struct device *device)
@@ -34,13 +34,7 @@ static bool probe_send(struct device *device)
 	const uint8_t task = shot->flags & POKEYS_PROBE_HYBRID ? POKEYS_TASK_HYBRID_PROBING :
 								 POKEYS_TASK_PROBING;
 
-	return begin(device, task, probing_allowed(device, shot));
-}
-
-static bool has_engine(const struct device *device, const struct pokeys_one_shot *shot)
-{
-	(void)shot;
-	return device->image.capability.pulse_engine >= 2;
+	return begin(device, task, probing_why_not(device, shot));
 }
 
 static bool is_homing(const struct device *device)
@@ -48,10 +42,16 @@ static bool is_homing(const struct device *device)
 	return device->image.engine.task == POKEYS_TASK_HOMING;
 }
 
-static bool finish_allowed(const struct device *device, const struct pokeys_one_shot *shot)
+static struct refusal why_not_finish(const struct device *device,
+				     const struct pokeys_one_shot *shot)
 {
-	return has_engine(device, shot) && is_homing(device) &&
-	       (task_idle(device) || device->image.engine.task_result == POKEYS_TASK_DONE);
+	const struct refusal why = operation_needs_engine(device, shot);
+
+	if (why.reason)
+		return why;
+	return refusal(is_homing(device) && (task_idle(device) || device->image.engine.task_result ==
+							  POKEYS_TASK_DONE) ?
+		       REFUSAL_NONE : REFUSAL_NOTHING_TO_FINISH, 0);
 }
 
 /* Once, then wait. */
@@ -100,7 +100,7 @@ static bool probe_finish_send(struct device *device)
 static bool jog_send(struct device *device)
 {
 	device->one_shots.now.mask = jogging_axes(device);
-	return begin(device, POKEYS_TASK_JOGGING, jogging_allowed(device, &device->one_shots.now));
+	return begin(device, POKEYS_TASK_JOGGING, jogging_why_not(device, &device->one_shots.now));
 }
 
 /* It has no end of its own: this is the good one. */
@@ -118,16 +118,16 @@ static bool jog_end_send(struct device *device)
 	return false;
 }
 
-const struct operation operation_home = { .allowed = homing_allowed, .send = home_send };
+const struct operation operation_home = { .why_not = homing_why_not, .send = home_send };
 const struct operation operation_home_cancel = {
-	.allowed = has_engine, .send = home_cancel_send,
+	.why_not = operation_needs_engine, .send = home_cancel_send,
 };
 const struct operation operation_home_finish = {
-	.allowed = finish_allowed, .send = home_finish_send,
+	.why_not = why_not_finish, .send = home_finish_send,
 };
-const struct operation operation_probe = { .allowed = probing_allowed, .send = probe_send };
+const struct operation operation_probe = { .why_not = probing_why_not, .send = probe_send };
 const struct operation operation_probe_finish = {
-	.allowed = has_engine, .send = probe_finish_send,
+	.why_not = operation_needs_engine, .send = probe_finish_send,
 };
-const struct operation operation_jog = { .allowed = jogging_allowed, .send = jog_send };
-const struct operation operation_jog_end = { .allowed = has_engine, .send = jog_end_send };
+const struct operation operation_jog = { .why_not = jogging_why_not, .send = jog_send };
+const struct operation operation_jog_end = { .why_not = operation_needs_engine, .send = jog_end_send };

@@ -40,34 +40,49 @@ static bool hybrid_is_complete(uint8_t state)
 	return state == WIRE_ENGINE_HYBRID_COMPLETE;
 }
 
-static bool axis_good(const struct device *device, const struct pokeys_one_shot *shot,
-		      unsigned int i)
+static struct refusal why_not_axis(const struct device *device, unsigned int i, int32_t target)
 {
-	return motion_drivable(device, i) && shot->value[i] <= MOTION_POSITION_MAX &&
-	       shot->value[i] >= -MOTION_POSITION_MAX &&
-	       device->image.engine.axis[i].mode != POKEYS_AXIS_BUFFERED &&
-	       !intake_beyond_soft_limits(device, i, device->image.engine.axis[i].position,
-					  shot->value[i]);
+	const struct pokeys_axis *axis = &device->image.engine.axis[i];
+
+	if (!motion_drivable(device, i))
+		return refusal(REFUSAL_AXIS_OFF, i);
+	if (axis->mode == POKEYS_AXIS_BUFFERED)
+		return refusal(REFUSAL_AXIS_BUFFERED, i);
+	if (target > MOTION_POSITION_MAX || target < -MOTION_POSITION_MAX)
+		return refusal(REFUSAL_VALUE, 0);
+	return refusal(intake_beyond_soft_limits(device, i, axis->position, target) ?
+		       REFUSAL_SOFT_LIMIT : REFUSAL_NONE, i);
 }
 
-bool probing_allowed(const struct device *device, const struct pokeys_one_shot *shot)
+static struct refusal why_not_hybrid(const struct device *device,
+				     const struct pokeys_one_shot *shot)
+{
+	if (shot->mask)
+		return refusal(REFUSAL_VALUE, 0);
+	return refusal(device->motion.phase == MOTION_ON ? REFUSAL_NONE :
+							   REFUSAL_ENGINE_OFF, 0);
+}
+
+struct refusal probing_why_not(const struct device *device, const struct pokeys_one_shot *shot)
 {
 	const bool hybrid = shot->flags & POKEYS_PROBE_HYBRID;
 	const float speed = shot->parameter[1];
+	struct refusal why = task_why_not(device, hybrid, shot);
 
-	if (!device->safe.permitted || !task_may_begin(device, hybrid) || shot->flags & ~FLAGS ||
-	    !task_limit_good(shot->parameter[0]) || !shot->index ||
-	    shot->index > POKEYS_PINS + INPUTS_EXTERNAL)
-		return false;
+	if (why.reason)
+		return why;
+	if (shot->flags & ~FLAGS || !shot->index || shot->index > POKEYS_PINS + INPUTS_EXTERNAL)
+		return refusal(REFUSAL_VALUE, 0);
 	if (hybrid)
-		return device->motion.phase == MOTION_ON && !shot->mask;
-	if (!shot->mask || !isfinite(speed) || !(speed > 0) || speed > 1)
-		return false;
-	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		if (shot->mask >> i & 1 && !axis_good(device, shot, i))
-			return false;
-	}
-	return true;
+		return why_not_hybrid(device, shot);
+	if (!shot->mask)
+		return refusal(REFUSAL_NO_AXIS, 0);
+	if (!isfinite(speed) || !(speed > 0) || speed > 1)
+		return refusal(REFUSAL_VALUE, 0);
+	for (unsigned int i = 0; i < POKEYS_AXES && !why.reason; i++)
+		if (shot->mask >> i & 1)
+			why = why_not_axis(device, i, shot->value[i]);
+	return why;
 }
 
 static bool start(struct device *device, pokeys_parser_t parser)

@@ -151,6 +151,20 @@ bool task_may_begin(const struct device *device, bool beside)
 	       !(beside && moving_has_axes(device));
 }
 
+struct refusal task_why_not(const struct device *device, bool beside,
+			    const struct pokeys_one_shot *shot)
+{
+	const struct refusal why = operation_needs_engine(device, shot);
+
+	if (why.reason)
+		return why;
+	if (!device->safe.permitted)
+		return refusal(REFUSAL_MACHINE_OFF, 0);
+	if (!task_may_begin(device, beside))
+		return refusal(REFUSAL_BUSY, 0);
+	return refusal(task_limit_good(shot->parameter[0]) ? REFUSAL_NONE : REFUSAL_VALUE, 0);
+}
+
 bool task_idle(const struct device *device)
 {
 	return phase_of(device) == POKEYS_TASK_IDLE;

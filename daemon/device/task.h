@@ -66,6 +66,9 @@ bool task_idle(const struct device *device);
  * which the commander moves axes; then none is held at its end.
  */
 bool task_may_begin(const struct device *device, bool beside);
+/* Why none may begin by this one-shot, of which parameter[0] is a time limit. */
+struct refusal task_why_not(const struct device *device, bool beside,
+			    const struct pokeys_one_shot *shot);
 /* Once a cycle, before motion decides. */
 void task_update(struct device *device);
 /* The next request, if one is due; true if one was sent. */
@@ -95,10 +98,10 @@ bool task_explains(const struct device *device, uint8_t engine_state);
 /* homing.c: a time limit of a one-shot, seconds; 0 = the usual one. */
 bool task_limit_good(float seconds);
 
-/* homing.c, probing.c, jogging.c: is it valid and permitted now? */
-bool homing_allowed(const struct device *device, const struct pokeys_one_shot *shot);
-bool probing_allowed(const struct device *device, const struct pokeys_one_shot *shot);
-bool jogging_allowed(const struct device *device, const struct pokeys_one_shot *shot);
+/* homing.c, probing.c, jogging.c: why it is not valid or not permitted now. */
+struct refusal homing_why_not(const struct device *device, const struct pokeys_one_shot *shot);
+struct refusal probing_why_not(const struct device *device, const struct pokeys_one_shot *shot);
+struct refusal jogging_why_not(const struct device *device, const struct pokeys_one_shot *shot);
 
 /* jogging.c: the axes that have a hand wheel. */
 uint8_t jogging_axes(const struct device *device);

@@ -194,6 +194,13 @@ static enum pokeys_outcome shot(uint8_t operation, uint8_t index, int32_t value)
 	return world_do(&world, &s, 500 * MS);
 }
 
+static void refuses(uint8_t operation, uint8_t index, unsigned int reason)
+{
+	const struct pokeys_one_shot s = { .operation = operation, .index = index };
+
+	world_refuses(&world, &s, reason, index);
+}
+
 static void count_can_be_set_while_others_stand_or_turn(void **state)
 {
 	int64_t before;
@@ -217,7 +224,7 @@ static void count_can_be_set_while_others_stand_or_turn(void **state)
 	assert_int_equal(truth(HIGH), 5);
 	assert_int_equal(shot(POKEYS_ONE_SHOT_SET_ENCODER, ULTRA, 99), POKEYS_OUTCOME_DONE);
 	assert_int_equal(truth(ULTRA), 99);
-	assert_int_equal(shot(POKEYS_ONE_SHOT_SET_ENCODER, 26, 0), POKEYS_OUTCOME_REFUSED);
+	refuses(POKEYS_ONE_SHOT_SET_ENCODER, 26, REFUSAL_NO_ENCODER);
 }
 
 static void ultra_fast_index_zeroes_and_is_seen_once(void **state)
@@ -285,13 +292,13 @@ static void index_and_settings_do_not_disturb_each_other(void **state)
 static void index_that_is_not_to_be_had_is_refused(void **state)
 {
 	(void)state;
-	assert_int_equal(shot(POKEYS_ONE_SHOT_ARM_INDEX, BASIC, 0), POKEYS_OUTCOME_REFUSED);
+	refuses(POKEYS_ONE_SHOT_ARM_INDEX, BASIC, REFUSAL_NO_INDEX);
 	world_fast_encoders(&world, false, false);
 	world_start(&world);
 	world_commander(&world, 6);
 	world_until(&world, world_is_running, 500 * MS);
-	assert_int_equal(shot(POKEYS_ONE_SHOT_ARM_INDEX, ULTRA, 0), POKEYS_OUTCOME_REFUSED);
-	assert_int_equal(shot(POKEYS_ONE_SHOT_ARM_INDEX, FAST, 0), POKEYS_OUTCOME_REFUSED);
+	refuses(POKEYS_ONE_SHOT_ARM_INDEX, ULTRA, REFUSAL_NO_INDEX);
+	refuses(POKEYS_ONE_SHOT_ARM_INDEX, FAST, REFUSAL_NO_INDEX);
 }
 
 static void fast_motion_towards_zero_is_no_index(void **state)

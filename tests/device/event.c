@@ -198,6 +198,10 @@ static void lines_say_what_where_and_what_to_do(void **state)
 		{ { .code = EVENT_ONE_SHOT, .a = POKEYS_ONE_SHOT_REBOOT, .b = 9,
 		    .c = POKEYS_OUTCOME_REFUSED },
 		  "mill: one-shot 9 (reboot): refused: not valid, or not permitted now" },
+		{ { .code = EVENT_ONE_SHOT, .a = POKEYS_ONE_SHOT_HOME, .b = 10,
+		    .c = POKEYS_OUTCOME_REFUSED | REFUSAL_NO_HOME_SWITCH << 8 | 2 << 16 },
+		  "mill: one-shot 10 (home): refused: axis 2 has no home switch (axis.2.home or "
+		  "axis.2.home-shared in pokeysd.conf)" },
 		{ { .code = EVENT_ONE_SHOT, .a = POKEYS_ONE_SHOT_SAVE_CONFIG, .b = EVENT_ORDERED,
 		    .c = POKEYS_OUTCOME_DONE },
 		  "mill: order of a terminal (save configuration): done" },

@@ -284,9 +284,9 @@ static void axis_without_a_home_switch_is_refused(void **state)
 
 	(void)state;
 	set_up_without(0, 0, 2);
-	assert_int_equal(world_do(&world, &shot, 100 * MS), POKEYS_OUTCOME_REFUSED);
+	world_refuses(&world, &shot, REFUSAL_NO_HOME_SWITCH, 1);
 	shot.mask = 3;
-	assert_int_equal(world_do(&world, &shot, 100 * MS), POKEYS_OUTCOME_REFUSED);
+	world_refuses(&world, &shot, REFUSAL_NO_HOME_SWITCH, 1);
 	shot.mask = 1;
 	assert_int_equal(world_do(&world, &shot, 20 * SECOND), POKEYS_OUTCOME_DONE);
 }
@@ -297,23 +297,23 @@ static void what_is_not_valid_is_refused(void **state)
 	struct pokeys_one_shot shot = home(0, 0);
 
 	(void)state;
-	assert_int_equal(world_do(&world, &shot, 100 * MS), POKEYS_OUTCOME_REFUSED);
+	world_refuses(&world, &shot, REFUSAL_NO_AXIS, 0);
 	shot.mask = 0x11;	/* axis 4 is not set up */
-	assert_int_equal(world_do(&world, &shot, 100 * MS), POKEYS_OUTCOME_REFUSED);
+	world_refuses(&world, &shot, REFUSAL_AXIS_OFF, 4);
 	shot = home(1, 0);
 	for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++) {
 		shot.parameter[0] = bad[i];
-		assert_int_equal(world_do(&world, &shot, 100 * MS), POKEYS_OUTCOME_REFUSED);
+		world_refuses(&world, &shot, REFUSAL_VALUE, 0);
 	}
 	shot = home(1, 0);
 	shot.value[0] = 1 << 25;
-	assert_int_equal(world_do(&world, &shot, 100 * MS), POKEYS_OUTCOME_REFUSED);
+	world_refuses(&world, &shot, REFUSAL_VALUE, 0);
 	start(2);
 	shot = home(1, 0);	/* one at a time */
-	assert_int_equal(world_do(&world, &shot, 100 * MS), POKEYS_OUTCOME_REFUSED);
+	world_refuses(&world, &shot, REFUSAL_BUSY, 0);
 	world.command.flags = 0;
 	world_run(&world, 200 * MS);
-	assert_int_equal(world_do(&world, &shot, 100 * MS), POKEYS_OUTCOME_REFUSED);
+	world_refuses(&world, &shot, REFUSAL_MACHINE_OFF, 0);
 	assert_int_equal(world.sent.pulse[0x21], 1);
 }
 

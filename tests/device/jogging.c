@@ -170,14 +170,14 @@ static void it_is_refused_without_permission_or_wheel(void **state)
 	(void)state;
 	world.command.flags = 0;
 	world_run(&world, 200 * MS);
-	assert_int_equal(world_do(&world, &shot, 100 * MS), POKEYS_OUTCOME_REFUSED);
+	world_refuses(&world, &shot, REFUSAL_MACHINE_OFF, 0);
 	for (unsigned int i = 0; i < 3; i++)
 		world.config.settings.axis[i].mpg_encoder = 0;
 	world_start(&world);
 	world_commander(&world, 6);
 	world_until(&world, world_is_running, 500 * MS);
 	world_machine_on(&world);
-	assert_int_equal(world_do(&world, &shot, 100 * MS), POKEYS_OUTCOME_REFUSED);
+	world_refuses(&world, &shot, REFUSAL_NO_HAND_WHEEL, 0);
 }
 
 static unsigned int starts;

@@ -37,6 +37,16 @@ static enum pokeys_outcome act(uint8_t operation, uint8_t mask, int32_t value)
 	return world_do(&world, &shot, 4 * SECOND);
 }
 
+static void refuses(uint8_t operation, uint8_t mask, int32_t value, unsigned int reason,
+		    unsigned int part)
+{
+	const struct pokeys_one_shot shot = {
+		.operation = operation, .mask = mask, .value = { value, value, value },
+	};
+
+	world_refuses(&world, &shot, reason, part);
+}
+
 static uint64_t executed(uint8_t operation)
 {
 	return world.rig.device.stats.executed[operation];
@@ -127,6 +137,9 @@ static void slot_with_another_id_is_refused(void **state)
 static void operations_that_do_not_exist_are_refused(void **state)
 {
 	(void)state;
+	refuses(POKEYS_ONE_SHOT_SERVO_TUNE + 1, 1, 0, REFUSAL_NOT_OFFERED, 0);
+	refuses(255, 1, 0, REFUSAL_NOT_OFFERED, 0);
+	/* of heaters and servo motors that are not there */
 	for (unsigned int none = POKEYS_ONE_SHOT_THREAD_CANCEL + 1; none < 256; none++)
 		assert_int_equal(act((uint8_t)none, 1, 0), POKEYS_OUTCOME_REFUSED);
 }
@@ -139,8 +152,8 @@ static void position_is_set_while_the_axis_stands(void **state)
 	assert_int_equal(world.state.engine.axis[0].position, 4711);
 	assert_int_equal(world.state.engine.axis[1].position, 0);
 	assert_int_equal(world.state.engine.axis[2].position, 4711);
-	assert_int_equal(act(POKEYS_ONE_SHOT_SET_POSITION, 0, 1), POKEYS_OUTCOME_REFUSED);
-	assert_int_equal(act(POKEYS_ONE_SHOT_SET_POSITION, 1, 1 << 25), POKEYS_OUTCOME_REFUSED);
+	refuses(POKEYS_ONE_SHOT_SET_POSITION, 0, 1, REFUSAL_NO_AXIS, 0);
+	refuses(POKEYS_ONE_SHOT_SET_POSITION, 1, 1 << 25, REFUSAL_VALUE, 0);
 }
 
 static void position_of_a_driven_axis_is_not_set(void **state)
@@ -150,7 +163,7 @@ static void position_of_a_driven_axis_is_not_set(void **state)
 	world.command.axis[0].enable = 1;
 	world_machine_on(&world);
 	world_run(&world, 20 * MS);
-	assert_int_equal(act(POKEYS_ONE_SHOT_SET_POSITION, 1, 500), POKEYS_OUTCOME_REFUSED);
+	refuses(POKEYS_ONE_SHOT_SET_POSITION, 1, 500, REFUSAL_AXIS_DRIVEN, 0);
 	assert_int_equal(act(POKEYS_ONE_SHOT_SET_POSITION, 2, 500), POKEYS_OUTCOME_DONE);
 	world_run(&world, 200 * MS);
 	assert_int_equal(world.state.engine.axis[0].position, 0);
@@ -168,8 +181,8 @@ static void everything_is_refused_while_the_link_is_down(void **state)
 	(void)state;
 	sim_rig_silence(&world.rig, world.now, 2 * SECOND);
 	world_until(&world, world_is_lost, 1 * SECOND);
-	assert_int_equal(act(POKEYS_ONE_SHOT_SET_POSITION, 1, 99), POKEYS_OUTCOME_REFUSED);
-	assert_int_equal(act(POKEYS_ONE_SHOT_REBOOT, 0, 0), POKEYS_OUTCOME_REFUSED);
+	refuses(POKEYS_ONE_SHOT_SET_POSITION, 1, 99, REFUSAL_NOT_CONNECTED, 0);
+	refuses(POKEYS_ONE_SHOT_REBOOT, 0, 0, REFUSAL_NOT_CONNECTED, 0);
 	assert_int_equal(act(POKEYS_ONE_SHOT_NOP, 0, 0), POKEYS_OUTCOME_DONE);
 	world_run(&world, 3 * SECOND);
 	assert_int_equal(positions_set(), 0);
@@ -180,12 +193,13 @@ static void flash_and_reboot_only_while_motion_is_not_permitted(void **state)
 {
 	(void)state;
 	world_machine_on(&world);
-	assert_int_equal(act(POKEYS_ONE_SHOT_SAVE_CONFIG, 0, 0), POKEYS_OUTCOME_REFUSED);
-	assert_int_equal(act(POKEYS_ONE_SHOT_REBOOT, 0, 0), POKEYS_OUTCOME_REFUSED);
+	refuses(POKEYS_ONE_SHOT_SAVE_CONFIG, 0, 0, REFUSAL_MACHINE_ON, 0);
+	refuses(POKEYS_ONE_SHOT_REBOOT, 0, 0, REFUSAL_MACHINE_ON, 0);
 	world.command.flags = 0;
 	world_run(&world, 20 * MS);
 	assert_int_equal(act(POKEYS_ONE_SHOT_SAVE_CONFIG, 0, 0), POKEYS_OUTCOME_DONE);
 	assert_int_equal(world.rig.device.stats.saves, 1);
+	refuses(POKEYS_ONE_SHOT_SAVE_CONFIG, 0, 0, REFUSAL_SAVED_JUST_NOW, 0);
 	assert_int_equal(act(POKEYS_ONE_SHOT_REBOOT, 0, 0), POKEYS_OUTCOME_DONE);
 	assert_int_equal(world.rig.device.stats.reboots, 1);
 	world_run(&world, 1 * SECOND);

@@ -152,11 +152,6 @@ static void hybrid_probe_without_contact_lets_the_motion_go_on(void **state)
 	assert_int_equal(engine()->axis[0].position, -3000);
 }
 
-static void refused(const struct pokeys_one_shot *shot)
-{
-	assert_int_equal(world_do(&world, shot, 200 * MS), POKEYS_OUTCOME_REFUSED);
-}
-
 static void what_is_not_valid_is_refused(void **state)
 {
 	const float speeds[] = { NAN, INFINITY, 0, -0.5f, 1.5f };
@@ -166,25 +161,28 @@ static void what_is_not_valid_is_refused(void **state)
 	for (size_t i = 0; i < sizeof(speeds) / sizeof(speeds[0]); i++) {
 		shot = probe(5000);
 		shot.parameter[1] = speeds[i];
-		refused(&shot);
+		world_refuses(&world, &shot, REFUSAL_VALUE, 0);
 	}
 	shot = probe(5000);
 	shot.index = 0;
-	refused(&shot);
+	world_refuses(&world, &shot, REFUSAL_VALUE, 0);
 	shot.index = 64;
-	refused(&shot);
+	world_refuses(&world, &shot, REFUSAL_VALUE, 0);
 	shot = probe(5000);
 	shot.flags = 4;
-	refused(&shot);
+	world_refuses(&world, &shot, REFUSAL_VALUE, 0);
 	shot = probe(1 << 25);
-	refused(&shot);
+	world_refuses(&world, &shot, REFUSAL_VALUE, 0);
 	shot = probe(5000);
 	shot.mask = 0x80;
-	refused(&shot);
+	world_refuses(&world, &shot, REFUSAL_AXIS_OFF, 7);
+	shot = probe(0);
+	shot.mask = 0;
+	world_refuses(&world, &shot, REFUSAL_NO_AXIS, 0);
 	world.command.flags = 0;
 	world_run(&world, 100 * MS);
 	shot = probe(5000);
-	refused(&shot);
+	world_refuses(&world, &shot, REFUSAL_MACHINE_OFF, 0);
 	assert_int_equal(world.sent.pulse[0x23], 0);
 }
 

@@ -120,6 +120,16 @@ enum pokeys_outcome world_do(struct world *world, const struct pokeys_one_shot *
 	return world_outcome(world, id);
 }
 
+void world_refuses(struct world *world, const struct pokeys_one_shot *shot, unsigned int reason,
+		   unsigned int part)
+{
+	const struct event *said = &world->last_event[EVENT_ONE_SHOT];
+
+	assert_int_equal(world_do(world, shot, 200 * MS), POKEYS_OUTCOME_REFUSED);
+	assert_int_equal(said->a, shot->operation);
+	assert_int_equal(said->c, POKEYS_OUTCOME_REFUSED | reason << 8 | part << 16);
+}
+
 void world_axes(struct world *world)
 {
 	struct pokeys_settings *settings = &world->config.settings;
