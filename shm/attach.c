@@ -224,6 +224,7 @@ static void hand_over(struct pokeys_client *client, const struct attachment *att
 {
 	clear_command(attachment->command);
 	clear_wish(attachment->wish);
+	client->written = NULL;
 	client->node = attachment->node;
 	handover_swap(&client->state, attachment->state);
 	handover_swap(&client->diag, attachment->diag);

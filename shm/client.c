@@ -66,8 +66,10 @@ void pokeys_client_close(pokeys_client *client)
 	client_follow_end(client);
 	client_hold_end(client);
 	client_unwatch(client);
-	if (client->root_name[0])
+	if (client->root_name[0]) {
+		client_leave(client);
 		client_detach(client);
+	}
 	pthread_mutex_destroy(&client->cold);
 	pthread_mutex_destroy(&client->status.lock);
 	free(client);

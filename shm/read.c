@@ -79,14 +79,18 @@ int pokeys_client_read_report(pokeys_client *client, struct pokeys_report *out)
 	return r;
 }
 
-static void write_cell(struct iox_command_writer *writer, const struct pokeys_command *command)
+/* `more` are flags besides the command's. The cell, or NULL. */
+static const struct pokeys_command *write_cell(struct iox_command_writer *writer,
+					       const struct pokeys_command *command, uint32_t more)
 {
 	struct pokeys_command *cell = iox_command_loan(writer);
 
 	if (!cell)
-		return;
+		return NULL;
 	command_cell_fill(cell, command);
+	cell->flags |= more;
 	iox_command_commit(writer);
+	return cell;
 }
 
 int pokeys_client_write(pokeys_client *client, const struct pokeys_command *command)
@@ -101,9 +105,19 @@ int client_write(struct pokeys_client *client, const struct pokeys_command *comm
 	struct iox_command_writer *writer = handover_take(&client->command);
 
 	if (writer)
-		write_cell(writer, command);
+		client->written = write_cell(writer, command, 0);
 	handover_give_back(&client->command);
 	return writer ? 0 : -ENOTCONN;
+}
+
+/* The same heartbeat: if the daemon has not seen it yet, it still does what the image says. */
+void client_leave(struct pokeys_client *client)
+{
+	struct iox_command_writer *writer = handover_take(&client->command);
+
+	if (writer && client->written)
+		write_cell(writer, client->written, POKEYS_COMMAND_ENDS);
+	handover_give_back(&client->command);
 }
 
 static void write_wish_cell(struct iox_wish_writer *writer, const struct pokeys_wish *wish)

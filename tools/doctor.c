@@ -152,7 +152,8 @@ int command_doctor(const struct options *options)
 	}
 	gather(&doctor, options);
 	if (options->cpu >= 0 && doctor_core_is_absent(&doctor)) {
-		complain("--cpu %d: this computer has no such core, or it is offline", options->cpu);
+		complain("--cpu %d: this computer has no such core, or it is offline",
+			 options->cpu);
 		view_close(&doctor.view);
 		return STATUS_FAILED;
 	}

@@ -46,7 +46,7 @@ enum record_reason keeper_reason(const struct event *event, bool machine_on)
 		return event->a == POKEYS_LINK_LOST && event->b == POKEYS_LINK_RUNNING ?
 		       RECORD_LOST : RECORD_NOTHING;
 	case EVENT_COMMANDER:
-		return !event->a && machine_on ? RECORD_COMMANDER : RECORD_NOTHING;
+		return !event->a && !event->c && machine_on ? RECORD_COMMANDER : RECORD_NOTHING;
 	case EVENT_ENGINE:
 		if (event->a == WIRE_ENGINE_STOP_EMERGENCY)
 			return RECORD_EMERGENCY;

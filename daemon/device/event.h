@@ -33,7 +33,8 @@ enum event_code {
 	EVENT_CONFIG_REFUSED,	/* a = enum wire_op, b = as above, c = enum setting_reason */
 	EVENT_REBOOTED,		/* a = tick before, b = tick now (ms) */
 	EVENT_COMMANDER,	/* a = 1 came, 0 lost; b = age of the heartbeat, us,
-				 * or -1: another session, of which none came yet */
+				 * or -1: another session, of which none came yet; c = 1: it has
+				 * said that it ends */
 	EVENT_SAFE,		/* a = 1 entered, 0 left; b = the device is there */
 	EVENT_MACHINE,		/* a = 1 motion permitted, 0 not */
 	EVENT_BAD_COMMAND,	/* a = enum command_fault, b = index */
@@ -121,16 +122,18 @@ enum { EVENT_ORDERED = -1 };
 
 /* EVENT_ONE_SHOT: why it was refused. Records are read by the numbers: new ones come last. */
 enum one_shot_refusal {
-	REFUSAL_NONE,			/* it was not, or other events say why */
+	REFUSAL_NONE,			/* it was not, or another event says why */
 	REFUSAL_NOT_OFFERED,
-	REFUSAL_NOT_CONNECTED,
-	REFUSAL_VALUE,			/* out of range */
+	REFUSAL_NOT_RUNNING,		/* the device */
+	REFUSAL_VALUE,			/* a value is out of range */
+	REFUSAL_POSITION,		/* ... the position of an axis */
 	REFUSAL_MACHINE_OFF,
 	REFUSAL_MACHINE_ON,
 	REFUSAL_NO_ENGINE,		/* no pulse engine */
 	REFUSAL_ENGINE_ON,
-	REFUSAL_BUSY,			/* with a task or a path */
-	REFUSAL_NO_AXIS,		/* is named */
+	REFUSAL_BUSY,			/* a task or a path is under way */
+	REFUSAL_NO_AXIS,		/* the request names none */
+	REFUSAL_AXIS_ABSENT,
 	REFUSAL_AXIS_OFF,
 	REFUSAL_AXIS_DRIVEN,
 	REFUSAL_AXIS_BUFFERED,
@@ -140,8 +143,12 @@ enum one_shot_refusal {
 	REFUSAL_NOTHING_TO_FINISH,
 	REFUSAL_ENGINE_OFF,
 	REFUSAL_NO_ENCODER,
-	REFUSAL_SERVO_ENCODER,
+	REFUSAL_SERVO_ENCODER,		/* it cannot be set */
+	REFUSAL_SERVO_INDEX,		/* it cannot be armed */
 	REFUSAL_NO_INDEX,
+	REFUSAL_INDEX_FIRMWARE,
+	REFUSAL_PROBE_INPUT,
+	REFUSAL_HYBRID_AXES,
 	REFUSAL_NO_COUNTERS,
 	REFUSAL_SAVED_JUST_NOW,
 	REFUSALS

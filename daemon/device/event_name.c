@@ -175,32 +175,39 @@ const char *event_outcome_name(int64_t outcome)
 }
 
 static const char *const refusal_names[REFUSALS] = {
-	[REFUSAL_NONE] = "not valid, or not permitted now",
 	[REFUSAL_NOT_OFFERED] = "there is no such operation",
-	[REFUSAL_NOT_CONNECTED] = "the device is not connected",
+	[REFUSAL_NOT_RUNNING] = "the device is not running (pokeysctl status says why)",
 	[REFUSAL_VALUE] = "a value is out of range",
+	[REFUSAL_POSITION] = "the position of axis # is out of range",
 	[REFUSAL_MACHINE_OFF] = "the machine is off",
 	[REFUSAL_MACHINE_ON] = "the machine is on, or something still moves",
 	[REFUSAL_NO_ENGINE] = "this device has no pulse engine",
-	[REFUSAL_ENGINE_ON] = "the pulse engine is on, and this firmware can then not set the "
-			      "position of one axis alone",
+	[REFUSAL_ENGINE_ON] = "with this firmware, a position can be set only while the pulse "
+			      "engine is off",
 	[REFUSAL_BUSY] = "homing, probing, jogging, threading or a path is under way",
 	[REFUSAL_NO_AXIS] = "no axis is named",
+	[REFUSAL_AXIS_ABSENT] = "this device has no axis #",
 	[REFUSAL_AXIS_OFF] = "axis # is not configured (axes and axis.#.mode in pokeysd.conf)",
 	[REFUSAL_AXIS_DRIVEN] = "axis # is enabled, or still moves",
 	[REFUSAL_AXIS_BUFFERED] = "axis # is in buffered mode, in which the device cannot probe",
 	[REFUSAL_NO_HOME_SWITCH] = "axis # has no home switch (axis.#.home or axis.#.home-shared "
 				   "in pokeysd.conf)",
 	[REFUSAL_SOFT_LIMIT] = "the target of axis # is beyond its soft limits",
-	[REFUSAL_NO_HAND_WHEEL] = "no axis in position mode has a hand wheel (axis.N.mpg-encoder "
-				  "in pokeysd.conf)",
+	[REFUSAL_NO_HAND_WHEEL] = "no axis in position mode has a hand wheel (mpg-encoder of an "
+				  "axis in pokeysd.conf)",
 	[REFUSAL_NOTHING_TO_FINISH] = "there is no homing to finish",
 	[REFUSAL_ENGINE_OFF] = "the pulse engine does not run",
 	[REFUSAL_NO_ENCODER] = "this device has no encoder #",
-	[REFUSAL_SERVO_ENCODER] = "encoder # belongs to a servo motor, or would be written "
-				  "together with the encoder of one that is enabled",
-	[REFUSAL_NO_INDEX] = "encoder # is no fast encoder that counts (fast-encoders, "
-			     "ultra-fast-encoder in pokeysd.conf), so it has no index",
+	[REFUSAL_SERVO_ENCODER] = "encoder # belongs to a servo motor, or a servo motor that is "
+				  "enabled has an encoder of the same group, and the device sets "
+				  "a whole group at once",
+	[REFUSAL_SERVO_INDEX] = "encoder # belongs to a servo motor, or both are fast encoders, "
+				"which the device arms together",
+	[REFUSAL_NO_INDEX] = "encoder # has no index: it is no fast encoder, or is off "
+			     "(fast-encoders, ultra-fast-encoder in pokeysd.conf)",
+	[REFUSAL_INDEX_FIRMWARE] = "the index of encoder # needs firmware 4.2.19",
+	[REFUSAL_PROBE_INPUT] = "there is no such probe input",
+	[REFUSAL_HYBRID_AXES] = "a hybrid probe takes no axes",
 	[REFUSAL_NO_COUNTERS] = "this device has no digital counters",
 	[REFUSAL_SAVED_JUST_NOW] = "its flash memory was written less than 2 s ago",
 };

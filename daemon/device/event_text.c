@@ -232,6 +232,8 @@ static void put_commander(struct line *line, const struct event *e)
 {
 	if (e->a)
 		put(line, "a commander drives it");
+	else if (e->c)
+		put(line, "the commander has ended");
 	else if (e->b < 0)
 		put(line, "another commander has begun, or the same one again; "
 		    "no heartbeat from it yet");
@@ -363,6 +365,8 @@ static void put_foreign_wish(struct line *line, const struct event *e)
 /* '#' in the text stands for the axis or encoder. */
 static void put_refusal(struct line *line, unsigned int reason, unsigned int part)
 {
+	if (reason == REFUSAL_NONE)
+		return;
 	put(line, ": ");
 	for (const char *text = event_refusal_name(reason); *text; text++)
 		if (*text == '#')

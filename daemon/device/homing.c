@@ -51,7 +51,7 @@ static struct refusal why_not_axis(const struct device *device, unsigned int axi
 	if (!has_home_switch(device, axis))
 		return refusal(REFUSAL_NO_HOME_SWITCH, axis);
 	return refusal(offset > MOTION_POSITION_MAX || offset < -MOTION_POSITION_MAX ?
-		       REFUSAL_VALUE : REFUSAL_NONE, 0);
+		       REFUSAL_POSITION : REFUSAL_NONE, axis);
 }
 
 struct refusal homing_why_not(const struct device *device, const struct pokeys_one_shot *shot)

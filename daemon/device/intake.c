@@ -25,7 +25,7 @@
 #define VELOCITY_MAX 1e7f
 #define SPEED_MARGIN 1.001f		/* above the highest speed is still rounding */
 #define KNOWN_FLAGS (POKEYS_COMMAND_MACHINE_ON | POKEYS_COMMAND_LIMIT_OVERRIDE | \
-		     POKEYS_COMMAND_EMERGENCY | POKEYS_COMMAND_RESUMED)
+		     POKEYS_COMMAND_EMERGENCY | POKEYS_COMMAND_RESUMED | POKEYS_COMMAND_ENDS)
 
 /* Count it; true when it is time to say it (again). */
 static bool count(struct device *device, enum command_fault fault)
@@ -184,6 +184,7 @@ static void begin_session(struct device *device, const struct pokeys_command *co
 	intake->session = command->session;
 	intake->heartbeat = command->heartbeat;
 	intake->seen_ns = 0;
+	intake->ended = false;
 	intake->machine_on = false;
 	intake->limit_override = false;
 	intake->emergency = command->flags & POKEYS_COMMAND_EMERGENCY;
@@ -271,6 +272,16 @@ static struct axis_images new_images(const struct device *device,
 	};
 }
 
+static void leave(struct device *device)
+{
+	struct intake *intake = &device->intake;
+
+	if (intake->fresh)
+		safe_lost(device);
+	intake->ended = true;
+	intake->seen_ns = 0;
+}
+
 static void take(struct device *device, const struct pokeys_command *command)
 {
 	struct intake *intake = &device->intake;
@@ -287,7 +298,10 @@ static void take(struct device *device, const struct pokeys_command *command)
 		intake->t_ns = command->t_ns;
 		take_read(intake, command);
 		intake->seen_ns = device->now_ns;
+		intake->ended = false;
 		take_values(device, command, &images);
+	} else if (command->flags & POKEYS_COMMAND_ENDS) {
+		leave(device);	/* what the image says has had its cycle */
 	}
 	if (heartbeat_fresh(device))
 		one_shot_intake(device, command);
@@ -301,8 +315,9 @@ static void judge_freshness(struct device *device)
 	const int64_t age_us = intake->seen_ns ? (int64_t)(age / 1000) : -1;
 
 	if (fresh != intake->fresh)
-		device_say(device, EVENT_COMMANDER, fresh ? EVENT_NOTICE : EVENT_WARNING, fresh,
-			   age_us, 0);
+		device_say(device, EVENT_COMMANDER,
+			   fresh || intake->ended ? EVENT_NOTICE : EVENT_WARNING, fresh, age_us,
+			   intake->ended);
 	intake->fresh = fresh;
 }
 

@@ -96,6 +96,7 @@ struct intake {
 	uint64_t read_age_ns;		/* of the commander's reading then; POKEYS_NEVER = none */
 	bool read_recently;		/* young enough to begin a motion by */
 	bool fresh;
+	bool ended;			/* it has said that it ends */
 	bool machine_on, limit_override, emergency;
 	uint64_t outputs, outputs_mask;
 	struct axis_wish axis[POKEYS_AXES];

@@ -113,7 +113,7 @@ static struct refusal why_not(const struct device *device, const struct operatio
 	if (!operation)
 		return refusal(REFUSAL_NOT_OFFERED, 0);
 	if (operation->send && !running(device))
-		return refusal(REFUSAL_NOT_CONNECTED, 0);
+		return refusal(REFUSAL_NOT_RUNNING, 0);
 	return operation->why_not ? operation->why_not(device, shot) : refusal(REFUSAL_NONE, 0);
 }
 

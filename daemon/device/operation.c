@@ -63,9 +63,9 @@ static struct refusal why_not_axis(const struct device *device, unsigned int i, 
 	const uint8_t busy = device->motion.driven | device->motion.releasing;
 
 	if (i >= device->image.capability.axes)
-		return refusal(REFUSAL_AXIS_OFF, i);
+		return refusal(REFUSAL_AXIS_ABSENT, i);
 	if (position < -(INT32_C(1) << 24) || position > INT32_C(1) << 24)
-		return refusal(REFUSAL_VALUE, 0);
+		return refusal(REFUSAL_POSITION, i);
 	if (busy >> i & 1 ||
 	    (state != WIRE_AXIS_STOPPED && state != WIRE_AXIS_READY && state != WIRE_AXIS_HOME &&
 	     state != WIRE_AXIS_LIMIT && state != WIRE_AXIS_ERROR))

@@ -38,7 +38,7 @@ struct operation {
 /* NULL for an operation that does not exist or is not offered. */
 const struct operation *operation_find(uint8_t operation);
 
-/* The pulse engine's operations need one. */
+/* REFUSAL_NO_ENGINE if the device has no pulse engine. */
 struct refusal operation_needs_engine(const struct device *device,
 				      const struct pokeys_one_shot *shot);
 

@@ -41,7 +41,8 @@ static struct refusal why_not_set(const struct device *device, const struct poke
 	if (shot->index >= device->image.capability.encoders)
 		return refusal(REFUSAL_NO_ENCODER, shot->index);
 	return refusal(servoing_may_write(device, shot->index) ? REFUSAL_NONE :
-								 REFUSAL_SERVO_ENCODER, shot->index);
+								 REFUSAL_SERVO_ENCODER,
+		       shot->index);
 }
 
 /* Where this encoder will be when the device reads our packet. */
@@ -163,18 +164,20 @@ static bool is_fast(const struct device *device, unsigned int encoder)
 
 static bool has_index(const struct device *device, unsigned int encoder)
 {
-	if (encoder == WIRE_ENCODER_ULTRA)
-		return device->image.encoder_enabled >> WIRE_ENCODER_ULTRA & 1 &&
-		       wire_firmware_at_least(&device->identify.identity.firmware, 4, 2, 19);
-	return is_fast(device, encoder);
+	return encoder == WIRE_ENCODER_ULTRA ?
+	       device->image.encoder_enabled >> WIRE_ENCODER_ULTRA & 1 : is_fast(device, encoder);
 }
 
 static struct refusal why_not_arm(const struct device *device, const struct pokeys_one_shot *shot)
 {
 	if (!has_index(device, shot->index))
 		return refusal(REFUSAL_NO_INDEX, shot->index);
+	if (shot->index == WIRE_ENCODER_ULTRA &&
+	    !wire_firmware_at_least(&device->identify.identity.firmware, 4, 2, 19))
+		return refusal(REFUSAL_INDEX_FIRMWARE, shot->index);
 	return refusal(servoing_may_arm(device, shot->index) ? REFUSAL_NONE :
-							       REFUSAL_SERVO_ENCODER, shot->index);
+							       REFUSAL_SERVO_INDEX,
+		       shot->index);
 }
 
 static bool fast_index(struct device *device, bool on, struct wire_fast_encoders_req *request)

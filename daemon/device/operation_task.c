@@ -46,12 +46,14 @@ static struct refusal why_not_finish(const struct device *device,
 				     const struct pokeys_one_shot *shot)
 {
 	const struct refusal why = operation_needs_engine(device, shot);
+	const bool over = task_idle(device) ||
+			  device->image.engine.task_result == POKEYS_TASK_DONE;
 
 	if (why.reason)
 		return why;
-	return refusal(is_homing(device) && (task_idle(device) || device->image.engine.task_result ==
-							  POKEYS_TASK_DONE) ?
-		       REFUSAL_NONE : REFUSAL_NOTHING_TO_FINISH, 0);
+	if (!is_homing(device))
+		return refusal(REFUSAL_NOTHING_TO_FINISH, 0);
+	return refusal(over ? REFUSAL_NONE : REFUSAL_BUSY, 0);
 }
 
 /* Once, then wait. */
@@ -130,4 +132,6 @@ const struct operation operation_probe_finish = {
 	.why_not = operation_needs_engine, .send = probe_finish_send,
 };
 const struct operation operation_jog = { .why_not = jogging_why_not, .send = jog_send };
-const struct operation operation_jog_end = { .why_not = operation_needs_engine, .send = jog_end_send };
+const struct operation operation_jog_end = {
+	.why_not = operation_needs_engine, .send = jog_end_send,
+};

@@ -49,7 +49,7 @@ static struct refusal why_not_axis(const struct device *device, unsigned int i, 
 	if (axis->mode == POKEYS_AXIS_BUFFERED)
 		return refusal(REFUSAL_AXIS_BUFFERED, i);
 	if (target > MOTION_POSITION_MAX || target < -MOTION_POSITION_MAX)
-		return refusal(REFUSAL_VALUE, 0);
+		return refusal(REFUSAL_POSITION, i);
 	return refusal(intake_beyond_soft_limits(device, i, axis->position, target) ?
 		       REFUSAL_SOFT_LIMIT : REFUSAL_NONE, i);
 }
@@ -58,7 +58,7 @@ static struct refusal why_not_hybrid(const struct device *device,
 				     const struct pokeys_one_shot *shot)
 {
 	if (shot->mask)
-		return refusal(REFUSAL_VALUE, 0);
+		return refusal(REFUSAL_HYBRID_AXES, 0);
 	return refusal(device->motion.phase == MOTION_ON ? REFUSAL_NONE :
 							   REFUSAL_ENGINE_OFF, 0);
 }
@@ -71,8 +71,10 @@ struct refusal probing_why_not(const struct device *device, const struct pokeys_
 
 	if (why.reason)
 		return why;
-	if (shot->flags & ~FLAGS || !shot->index || shot->index > POKEYS_PINS + INPUTS_EXTERNAL)
+	if (shot->flags & ~FLAGS)
 		return refusal(REFUSAL_VALUE, 0);
+	if (!shot->index || shot->index > POKEYS_PINS + INPUTS_EXTERNAL)
+		return refusal(REFUSAL_PROBE_INPUT, 0);
 	if (hybrid)
 		return why_not_hybrid(device, shot);
 	if (!shot->mask)

@@ -66,7 +66,7 @@ bool task_idle(const struct device *device);
  * which the commander moves axes; then none is held at its end.
  */
 bool task_may_begin(const struct device *device, bool beside);
-/* Why none may begin by this one-shot, of which parameter[0] is a time limit. */
+/* Why this one-shot may not begin a task. Its parameter[0] is the time limit. */
 struct refusal task_why_not(const struct device *device, bool beside,
 			    const struct pokeys_one_shot *shot);
 /* Once a cycle, before motion decides. */

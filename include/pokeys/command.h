@@ -64,6 +64,9 @@ enum {
 	POKEYS_COMMAND_RESUMED = 1u << 3,	/* this commander already drove the device under an
 						 * earlier daemon: outputs wait for machine-on as
 						 * after a loss. Read only when a session begins */
+	POKEYS_COMMAND_ENDS = 1u << 4,		/* this commander ends: once the image has been
+						 * carried out, its heartbeat counts as late.
+						 * pokeys_client_close() writes it */
 };
 
 /* command.kbd48_flags */

@@ -65,7 +65,10 @@ enum pokeys_client_state {
 int pokeys_client_open(pokeys_client **out, const char *runtime_directory, const char *device,
 		       const char *program, unsigned int flags);
 
-/* Detach and free; ends the follower thread first. NULL is allowed. Cold. */
+/*
+ * Detach and free; ends the follower thread first. The device of a commander goes to its safe
+ * state as soon as what was written last is carried out. NULL is allowed. Cold.
+ */
 void pokeys_client_close(pokeys_client *client);
 
 /*

@@ -174,6 +174,8 @@ static void lines_say_what_where_and_what_to_do(void **state)
 		  "mill: data is stale: some of it has not been received yet" },
 		{ { .code = EVENT_COMMANDER, .b = 101000 },
 		  "mill: the commander's heartbeat is 101000 us late" },
+		{ { .code = EVENT_COMMANDER, .b = -1, .c = 1 },
+		  "mill: the commander has ended" },
 		{ { .code = EVENT_COMMANDER, .b = -1 },
 		  "mill: another commander has begun, or the same one again; "
 		  "no heartbeat from it yet" },
@@ -197,7 +199,7 @@ static void lines_say_what_where_and_what_to_do(void **state)
 		  "2" },
 		{ { .code = EVENT_ONE_SHOT, .a = POKEYS_ONE_SHOT_REBOOT, .b = 9,
 		    .c = POKEYS_OUTCOME_REFUSED },
-		  "mill: one-shot 9 (reboot): refused: not valid, or not permitted now" },
+		  "mill: one-shot 9 (reboot): refused" },
 		{ { .code = EVENT_ONE_SHOT, .a = POKEYS_ONE_SHOT_HOME, .b = 10,
 		    .c = POKEYS_OUTCOME_REFUSED | REFUSAL_NO_HOME_SWITCH << 8 | 2 << 16 },
 		  "mill: one-shot 10 (home): refused: axis 2 has no home switch (axis.2.home or "

@@ -307,7 +307,7 @@ static void what_is_not_valid_is_refused(void **state)
 	}
 	shot = home(1, 0);
 	shot.value[0] = 1 << 25;
-	world_refuses(&world, &shot, REFUSAL_VALUE, 0);
+	world_refuses(&world, &shot, REFUSAL_POSITION, 0);
 	start(2);
 	shot = home(1, 0);	/* one at a time */
 	world_refuses(&world, &shot, REFUSAL_BUSY, 0);

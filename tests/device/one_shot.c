@@ -153,7 +153,7 @@ static void position_is_set_while_the_axis_stands(void **state)
 	assert_int_equal(world.state.engine.axis[1].position, 0);
 	assert_int_equal(world.state.engine.axis[2].position, 4711);
 	refuses(POKEYS_ONE_SHOT_SET_POSITION, 0, 1, REFUSAL_NO_AXIS, 0);
-	refuses(POKEYS_ONE_SHOT_SET_POSITION, 1, 1 << 25, REFUSAL_VALUE, 0);
+	refuses(POKEYS_ONE_SHOT_SET_POSITION, 1, 1 << 25, REFUSAL_POSITION, 0);
 }
 
 static void position_of_a_driven_axis_is_not_set(void **state)
@@ -181,8 +181,8 @@ static void everything_is_refused_while_the_link_is_down(void **state)
 	(void)state;
 	sim_rig_silence(&world.rig, world.now, 2 * SECOND);
 	world_until(&world, world_is_lost, 1 * SECOND);
-	refuses(POKEYS_ONE_SHOT_SET_POSITION, 1, 99, REFUSAL_NOT_CONNECTED, 0);
-	refuses(POKEYS_ONE_SHOT_REBOOT, 0, 0, REFUSAL_NOT_CONNECTED, 0);
+	refuses(POKEYS_ONE_SHOT_SET_POSITION, 1, 99, REFUSAL_NOT_RUNNING, 0);
+	refuses(POKEYS_ONE_SHOT_REBOOT, 0, 0, REFUSAL_NOT_RUNNING, 0);
 	assert_int_equal(act(POKEYS_ONE_SHOT_NOP, 0, 0), POKEYS_OUTCOME_DONE);
 	world_run(&world, 3 * SECOND);
 	assert_int_equal(positions_set(), 0);

@@ -53,6 +53,27 @@ static void outputs_follow_within_a_cycle(void **state)
 	assert_true(world.state.flags & POKEYS_STATE_COMMANDER);
 }
 
+/* An output that the safe state leaves as it is. */
+static void last_image_of_a_commander_is_carried_out(void **state)
+{
+	(void)state;
+	world.config.safe_hold[LAMP / 8] = 1u << LAMP % 8;
+	world_start(&world);
+	world_commander(&world, 5);
+	world_until(&world, world_is_running, 500 * MS);
+	world_output(&world, LAMP, true);
+	world_run(&world, 100 * MS);
+	assert_true(world_latch(&world, LAMP));
+	/* of this image and the one that only says it, the daemon sees the second alone */
+	world_output(&world, LAMP, false);
+	world.command.flags = POKEYS_COMMAND_ENDS;
+	world_cycle(&world);
+	world.commanding = false;
+	world_run(&world, 50 * MS);
+	assert_false(world_latch(&world, LAMP));
+	assert_true(world.state.flags & POKEYS_STATE_SAFE);
+}
+
 static void uncommanded_outputs_are_left_alone(void **state)
 {
 	(void)state;
@@ -324,6 +345,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(outputs_follow_within_a_cycle, begin),
+		cmocka_unit_test_setup(last_image_of_a_commander_is_carried_out, begin),
 		cmocka_unit_test_setup(uncommanded_outputs_are_left_alone, begin),
 		cmocka_unit_test_setup(without_any_wish_outputs_are_not_written, begin),
 		cmocka_unit_test_setup(inputs_come_in, begin),

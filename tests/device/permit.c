@@ -139,6 +139,36 @@ static void new_commander_is_not_called_late(void **state)
 	assert_int_equal(said->b, -1);
 }
 
+/* Nothing waits until its heartbeat is late, and nobody is alarmed. */
+static void commander_that_ends_is_safe_at_once(void **state)
+{
+	const struct event *said = &world.last_event[EVENT_COMMANDER];
+
+	(void)state;
+	world_go(&world, 0, 100000, 0);
+	world_run(&world, 200 * MS);
+	assert_true(world.state.flags & POKEYS_STATE_MACHINE_ON);
+	world.command.flags |= POKEYS_COMMAND_ENDS;
+	world.commanding = false;
+	world_run(&world, 3 * MS);
+	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
+	assert_int_equal(said->a, 0);
+	assert_int_equal(said->c, 1);
+	assert_int_equal(said->level, EVENT_NOTICE);
+	world_run(&world, 200 * MS);
+	assert_true(world.state.flags & POKEYS_STATE_SAFE);
+	assert_int_equal(world.event_count[EVENT_COMMANDER], 2);
+	/* whoever comes next begins as after a loss */
+	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
+	world.commanding = true;
+	for (unsigned int i = 0; i < 2; i++) {
+		world_run(&world, 200 * MS);
+		assert_int_equal(said->a, 1);
+		assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
+		world.command.session++;
+	}
+}
+
 static void reboot_within_a_short_silence_does_not_restart_motion(void **state)
 {
 	(void)state;
@@ -422,6 +452,7 @@ int main(void)
 		cmocka_unit_test_setup(dead_commander_stops_the_axes, begin_moving),
 		cmocka_unit_test_setup(new_commander_needs_an_edge_of_its_own, begin_moving),
 		cmocka_unit_test_setup(new_commander_is_not_called_late, begin_moving),
+		cmocka_unit_test_setup(commander_that_ends_is_safe_at_once, begin_moving),
 		cmocka_unit_test_setup(reboot_within_a_short_silence_does_not_restart_motion,
 				       begin_moving),
 		cmocka_unit_test_setup(stall_of_the_daemon_takes_the_permission, begin_moving),

@@ -165,14 +165,17 @@ static void what_is_not_valid_is_refused(void **state)
 	}
 	shot = probe(5000);
 	shot.index = 0;
-	world_refuses(&world, &shot, REFUSAL_VALUE, 0);
+	world_refuses(&world, &shot, REFUSAL_PROBE_INPUT, 0);
 	shot.index = 64;
-	world_refuses(&world, &shot, REFUSAL_VALUE, 0);
+	world_refuses(&world, &shot, REFUSAL_PROBE_INPUT, 0);
 	shot = probe(5000);
 	shot.flags = 4;
 	world_refuses(&world, &shot, REFUSAL_VALUE, 0);
 	shot = probe(1 << 25);
-	world_refuses(&world, &shot, REFUSAL_VALUE, 0);
+	world_refuses(&world, &shot, REFUSAL_POSITION, 0);
+	shot = probe(5000);
+	shot.flags = POKEYS_PROBE_HYBRID;
+	world_refuses(&world, &shot, REFUSAL_HYBRID_AXES, 0);
 	shot = probe(5000);
 	shot.mask = 0x80;
 	world_refuses(&world, &shot, REFUSAL_AXIS_OFF, 7);

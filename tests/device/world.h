@@ -118,7 +118,7 @@ uint32_t world_one_shot(struct world *world, const struct pokeys_one_shot *shot)
 /* ... and runs until its outcome is there. */
 enum pokeys_outcome world_do(struct world *world, const struct pokeys_one_shot *shot,
 			     uint64_t limit_ns);
-/* The one-shot is refused, and the event says why: enum one_shot_refusal, and its axis or encoder. */
+/* It is refused, and the event says why: enum one_shot_refusal, and its axis or encoder. */
 void world_refuses(struct world *world, const struct pokeys_one_shot *shot, unsigned int reason,
 		   unsigned int part);
 enum pokeys_outcome world_outcome(const struct world *world, uint32_t id);

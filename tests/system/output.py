@@ -102,13 +102,16 @@ def test_a_daemon_that_dies_is_no_success():
 
 
 def test_the_next_one_may_command_again():
-    with house_with_outputs() as (house, sim):
-        for terminal, number in ((31, signal.SIGTERM), (32, signal.SIGHUP)):
+    # its end need not be concluded from its silence
+    with house_with_outputs(**{"heartbeat-timeout-ms": 3000}) as (house, sim):
+        for times, (terminal, number) in enumerate(((31, signal.SIGTERM), (32, signal.SIGHUP)), 1):
             ran = hold(house, terminal, "on")
             wait_for("it", lambda t=terminal: latched(house, sim, t) == [1], say=lambda: house.log("ctl.log"))
             wait_for("it to know", lambda: "on for 600 s" in house.log("ctl.log"), say=lambda: house.log("ctl.log"))
             equal(end(ran, number), 0, house.log("ctl.log"))
+            wait_for("its end", lambda n=times: house.log().count("mill: the commander has ended") == n, say=house.log)
             become(house, sim, [0, 0, 0, 1])
+        assert "heartbeat is" not in house.log(), house.log()
 
 
 def pwm(house, sim):
