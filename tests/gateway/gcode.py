@@ -10,7 +10,7 @@ import types
 
 import desk
 from operators import Fake, until
-from pokeys_gateway.gcode import commands
+from pokeys_gateway.gcode import blocks, commands
 from pokeys_gateway.gcode.machine import DUE_MOST, JOIN_S, KEPT, Machine
 from pokeys_gateway.gcode.parser import LINE_MOST, BadLine, BadWords, checksum, parse
 from pokeys_gateway.operate import Operators
@@ -67,6 +67,54 @@ def refusal(kind, call, *words):
     except kind as why:
         return str(why)
     raise AssertionError(f"this was taken: {words}, as {found}")
+
+
+# a line; the names of its commands with their words, in the order in which they are carried out
+BLOCKS = (
+    (b"G1 X5", "G1 X5"), (b"G28 X", "G28 X"), (b"M155 S2", "M155 S2"), (b"T1", "T T1"), (b"G4 P5 S1", "G4 P5 S1"),
+    (b"G90 G1 X5 F600", "G90; G1 X5 F600"), (b"g1x5g91", "G91; G1 X5"),
+    (b"G17 G21 G40 G49 G80 G90 G94", "G94; G17; G21; G40; G49; G90; G80"),
+    (b"M3 S1000 G0 X1 Y2", "M3 S1000; G0 X1 Y2"), (b"S1000 M3", "M3 S1000"), (b"X1 G1", "G1 X1"), (b"G1. X1", "G1 X1"),
+    (b"G0 (fast) X1 M5", "M5; G0 X1"), (b"M5 M30", "M5; M2"), (b"G92 X0 G90", "G90; G92 X0"), (b"M9 M5", "M5; M9"),
+    (b"X5 Y-2.5", " X5 Y-2.5"), (b"X5 F600", " X5 F600"), (b"I1 J1", " I1 J1"), (b"F600", "F F600"), (b"M0 M5", "M5; M0"), (b"G1 X5 M0 P500", "G1 X5; M0 P500"), (b"G43 H1 Z5", "G43 H1;  Z5"), (b"G90 G94 G91.1", "G94; G90; G91.1"), (b"G91 X5", "G91;  X5"),
+    (b"G90 F600", "G90; F F600"), (b"N5 G90 G0 X1*%d" % checksum(b"N5 G90 G0 X1"), "G90; G0 X1"),
+)
+BAD_BLOCKS = (
+    (b"G0 G1 X5", "G0 and G1 cannot be in one line"), (b"G90 G91", "G90 and G91 cannot be in one line"),
+    (b"G92 X0 G1", "G92 and G1 cannot be in one line"), (b"G28 X G90", "G28 needs a line of its own"), (b"G90 G28", "G28 needs a line of its own"),
+    (b"G1 X5 M112", "M112 needs a line of its own"), (b"T0 M6", "T needs a line of its own"), (b"G4 P1 M5", "G4 needs a line of its own"),
+    (b"G1 X5 M104 S200", "M104 needs a line of its own"), (b"G90 G1 X", "X needs a number"), (b"G90 G1 X5 S100", "no command in this line takes S"),
+    (b"G90 G1 X1 X2", "X occurs twice"), (b"G90 G1 X2O", '"2O" is not a number'), (b"M5 G1 X5 Q1", "no command in this line takes Q"), (b"G80 X5", "G80 and a move without a command cannot be in one line"), (b"G1 X5 G", '"G" is no command'),
+    (b"G-.5 X1", '"G-.5" is no command'),
+)
+NO_BLOCKS = (b"M486 ACube G2", b"M5 I", b"M3 I S100", b"M0 turn it", b"M0 X5", b"M30 G1", b"M108 M5", b"M104 S200 G1 X5", b"hello", b"X", b"he G28", b"S1000", b"XE", b"G", b"X5 Q1", b"M155 S2", b"M115 what is it", b"G38.2 Z-5", b"?", b"M862.3 P \"MK3S\"")
+
+
+def lines_have_several_commands_or_none():
+    for data, wanted in BLOCKS:
+        line = parse(data)
+        found = blocks.parts(line)
+        assert "; ".join(f"{one.name} {one.argument}".rstrip() for one in found) == wanted, (data, found)
+        assert blocks.is_block(line) == (found != [line]), data
+    for data, why in BAD_BLOCKS:
+        assert refusal(BadWords, blocks.parts, parse(data)) == why, data
+    for data in NO_BLOCKS:
+        assert not blocks.is_block(parse(data)), data
+    # what is carried out for a client that is gone switches off, and does nothing else
+    for data in (b"M5", b"M104 S0", b"M5 M9", b"M9 M5", b"M5 M30", b"M5 G90", b"M5 I"):
+        assert commands.switches_off(parse(data)), data
+    for data in (b"M5 G0 Z5", b"M5 Z5", b"M3 S0 G90", b"M9", b"G90 G21", b"M5 M0", b"M104 S0 G0 X1"):
+        assert not commands.switches_off(parse(data)), data
+    rng = random.Random(SEED)
+    for _ in range(LINES // 10):
+        line = parse(bytes(rng.choices(b"GMGMXYFS0123456789. -(", k=rng.randrange(30))))
+        if line and blocks.is_block(line):
+            try:
+                found = blocks.parts(line)
+            except BadWords:
+                continue
+            assert found and all(one.name in (*commands.COMMANDS, blocks.MODAL, blocks.SPEED, "M7", "M8", "M9") and one.words() is not None
+                                 for one in found), (line, found)
 
 
 def any_bytes_are_a_line_or_refused():
@@ -446,6 +494,7 @@ def the_manual_page_has_them_all():
 def main():
     the_manual_page_has_them_all()
     lines_are_taken_apart()
+    lines_have_several_commands_or_none()
     any_bytes_are_a_line_or_refused()
     for test in (the_asker_gets_the_reply, numbers_are_in_order, a_stop_is_confirmed_or_said_not_to_be,
                  nothing_is_wrong_with_a_stop, many_stops, a_stop_gets_through, temperatures_are_those_of_heaters,

@@ -13,6 +13,7 @@ from gcode import checksum
 from heating import Client
 from house import main, wait_for
 from moving import do, mill, places, stand
+from pokeys_gateway.gcode import lines
 from rig import Gateway
 
 SQUARE = b"; a square\nG21\nG90\r\nM73 P0\n\nG1 X5 Y0 F6000 ; to the right\nG1 Y5\nN1 G1 X0*97\nM73 P50\nM204 S500\nG1 Y0 (home)"
@@ -84,10 +85,10 @@ def test_a_file_is_carried_out():
         # what must not be left out
         place = places(shop)[0]
         for text, line, why in ((b"G1 X1 F600\nG5 X2 I1\n", 2, '"G5 X2 I1" cannot be carried out: there is no such command'),
-                                (b"G90\nX5 Y5\n", 2, '"X5 Y5" cannot be carried out: there is no such command'), (b"G17\nG40\nG49\nG54\nG80\nG94\nG18\n", 7, "there is none of that here; what follows would be carried out in another way"), (b"T1\n", 1, "there is no hot end T1"),
+                                (b"G90\nX5 Y5\nG1 X6\n", 2, '"X5 Y5" needs a G0, G1, G2 or G3 before it'), (b"G17\nG40\nG49\nG54\nG80\nG94\nG18\n", 7, "there is none of that here; what follows would be carried out in another way"), (b"T1\n", 1, "there is no hot end T1"),
                                 (b"M6 T1\n", 1, '"M6 T1" cannot be carried out: there is no such command'), (b"\0\0G1 X1\n", 1, "cannot be carried out: there is no such command"),
-                                (b"G90 G1 X5 F600\n", 1, "one line has one command"),
-                                (b"M5 G0 Z5\n", 1, "one line has one command"), (b"T0 M6\n", 1, "one line has one command"),
+                                (b"G90 G28 X\n", 1, "G28 needs a line of its own"), (b"G90 G1 X5 M600\n", 1, "M600 needs a line of its own"),
+                                (b"M5 G0 Z5\n", 1, "mill has no axis Z; there are: X Y E"), (b"T0 M6\n", 1, "T needs a line of its own"),
                                 (b"M104 T0 S0\n", 1, "there is no hot end T0"), (b"M98 P1\n", 1, '"M98 P1" cannot be carried out: there is no such command'),
                                 (b"G1 X1\rG1 X2\n", 1, "a carriage return is in the middle of it"),
                                 (b"; " + 9000 * b"x" + b"\r\nM117 " + 300 * b"x", 2, "a line has at most 256 characters")):
@@ -118,6 +119,34 @@ def test_a_file_is_judged_before_its_job_begins():
             assert one.ask(f"M32 {name}.gcode")[-1] == "ok"
             assert one.until("Done printing")[0] == f"echo:{name}.gcode has ended, {2 if name == 'end' else 5} lines"
         assert places(shop)[0] == 20
+
+
+def test_judging_takes_no_time():
+    """Also of lines that end badly: whoever judges them holds all other threads up, M112 included."""
+    pattern = lines.unusual_of("XYE")
+    for data in (b"G1" + 28 * b" X1234567" + b"Q", 28 * b"X1234567" + b"!", 100 * b"X1.5Y-.5" + b"Q"):
+        assert pattern.findall(data) == [data], data
+    for data in (b"X1 Y2", b"G1X1.Y.5E-0.25 F600 ; a\r", b"", b"; x", b"G01 X1"):
+        assert not pattern.findall(data), data
+    for data in (b"G28", b"M5", b"G90 X1", b"G1.X5", b"X1 Q2"):
+        assert pattern.findall(data) == [data], data
+
+
+def test_programs_of_cam():
+    """Several commands in a line, and moves without one; what is wrong is found before the job begins."""
+    with shop_with(part=b"%\n(T1 D=3)\nN5 G17 G21 G90 G40 G49 G80 G94\nM9 M5\nG0 X1 Y1\nX2 Y2 (there)\nG1 X3 F6000\nY3\n"
+                        b"G91 X-1\nG90\nX0 Y0 M30\nX9\n",
+                   first=b"(G1 is not here)\nM400\n x5 y5\nG1 X1\n", comment=b"(one) G0 (two) X0.5\nX0\n",
+                   bad=b"G1 X1 F600\n" + 20000 * b"X1.5\n" + b"X1 M600\n") as shop:
+        one = shop.one
+        assert one.ask("M32 bad.gcode")[0] == "Error:M32: bad.gcode, line 20002: M600 needs a line of its own; the job has not begun"
+        assert one.ask("M32 first.gcode")[0] == ('Error:M32: first.gcode, line 3: "X5 Y5" needs a G0, G1, G2 or G3 before it; '
+                                                 "the job has not begun")
+        assert one.ask("M32 comment.gcode")[-1] == "ok"
+        one.until("Done printing")
+        assert one.ask("M32 part.gcode")[-1] == "ok"
+        assert one.until("Done printing")[0] == "echo:part.gcode has ended, 11 lines; commands that do not exist: M9"
+        assert places(shop) == [0, 0, 0] and shop.house.state()["moves"]["taken"] >= 8
 
 
 def test_waits_for_a_person():

@@ -115,6 +115,36 @@ def test_positions():
         nobody_commands(shop)
 
 
+def test_lines_of_cam_programs():
+    """Several commands in a line, and moves without one."""
+    with mill() as shop:
+        one, other = shop.one, Client(shop.house)
+        assert one.ask("X1") == ['Error:line: "X1" needs a G0, G1, G2 or G3 before it', "ok"]
+        do(one, "G17 G21 G40 G49 G80 G90 G94", "G1 X1 G91 F6000", "X1 Y0.5", "F3000", "G90 X5", "M400")
+        assert places(shop) == [1000, 100, 0], places(shop)
+        # another client has modes of its own
+        assert other.ask("X1")[0].startswith("Error:line: ")
+        do(one, "G3 X0 Y5.5 I-5", "X-5 Y0.5 J-5", "M400")
+        assert places(shop) == [-1000, 100, 0], places(shop)
+        for line, why in (("G0 G1 X1", "G0 and G1 cannot be in one line"), ("G90 G28", "G28 needs a line of its own"),
+                          ("G1 X1 M112", "M112 needs a line of its own"), ("G90 G1 X1 S5", "no command in this line takes S")):
+            assert one.ask(line) == [f"Error:{line.split()[0]}: {why}", "ok"], one.ask(line)
+        assert one.ask("G0 X0 M8 Y0") == ['echo:Unknown command: "M8"; M115 lists the commands', "ok"]
+        assert one.ask("hello X") == ['echo:Unknown command: "hello X"; M115 lists the commands', "ok"]
+        # a speed is no move, and what follows a command that does not exist does not belong to the last move
+        do(one, "G2 X1 Y1 I1", "F5000", "X0 Y0 I-1", "M400")
+        assert places(shop) == [0, 0, 0], places(shop)
+        assert one.ask("G38.2 X9")[0].startswith("echo:Unknown command") and one.ask("X9")[0].startswith("Error:line: ")
+        # nothing of a line is done if something of it cannot be
+        assert one.ask("G91 G1 Z1") == ["Error:G91: mill has no axis Z; there are: X Y E", "ok"]
+        do(one, "G0 X0.5", "X1", "G80", "M400")
+        assert places(shop) == [200, 0, 0], places(shop)
+        assert one.ask("X2")[0].startswith("Error:line: ") and places(shop) == [200, 0, 0]
+        # the end of a program, in the same line as its last move
+        do(one, "G91 G1 X1 M30", "G0 X0", "M400")
+        assert places(shop) == [0, 0, 0], places(shop)
+
+
 def test_an_axis_without_a_home_switch():
     with mill(**{"axis.2.home": "off"}) as shop:
         before = places(shop)
@@ -159,7 +189,7 @@ def test_arcs():
         do(one, "G20", "G92 X0 Y0", "G2 X1 Y0 I0.5 F240", "M400")
         assert places(shop)[:2] == [2000 + 5080, 0], places(shop)
         for line, why in (("G2 X1", "needs I and J, or R"), ("G2 I1 P2", "an arc takes no P"), ("G2 X1 R1 I1", "needs either"),
-                          ("G17 G91", "one line has one command"), ("G18", "there is none of that here"), ("G3 X5 Y5 I1", "the end is not on this arc"),
+                          ("G18", "there is none of that here"), ("G3 X5 Y5 I1", "the end is not on this arc"),
                           ("G2 X9 R1", "R25.4 is too small: ")):
             assert one.ask(line)[0].startswith(f"Error:{line.split()[0]}: {why}"), one.ask(line)
         # a stop in the middle of it

@@ -28,8 +28,9 @@ from typing import Any, TypeVar
 from ..aside import aside
 from ..folder import Folder, NotPermitted, TooLarge, Upload
 from ..wire import NotDone
+from .blocks import MODAL, MOTION
 from .lane import Job, Modes
-from .lines import CHUNK, find, good, unusual, unusual_of
+from .lines import ALL, CHUNK, find, good, unusual, unusual_of
 from .parser import LINE_MOST, BadLine, BadWords, Line, parse
 
 SAVE_S = 5.0                # from one note of the progress to the next
@@ -37,8 +38,6 @@ CLOSE_S = 2.0               # for the last note
 NAMED_MOST = 8              # unknown commands, at the end
 NOTE = ".job"
 JUDGED_MOST = 32            # lines at once, before a job begins
-TEXTS = ("M0", "M1", "M117", "M118", "M226", "$J")
-_COMMAND = re.compile(r"[GM]\s*\d", re.I)
 NEEDED = ("M6", "M98", "M600")         # without these, the next move is a mistake
 END, DELETE = "M2", "M30"   # a program may end with M30, too; with the name of a file, that deletes it
 # lines of a file have numbers for people
@@ -144,8 +143,8 @@ class Card:
 
     def __init__(self, folder: Path, say: Callable[[str], None]) -> None:
         """``say`` tells all clients."""
-        # raises why a line can never be carried out, or says if there is such a command
-        self.judge: Callable[[Line], bool]
+        # the commands of a line, each with whether it exists; raises why it can never be carried out
+        self.judge: Callable[[Line], list[tuple[Line, bool]]]
         self.axes: Callable[[], list[str]]              # their letters
         self.run: Callable[[Job], Awaitable[None]]      # carries it out
         self._top, self._say = folder, say
@@ -332,17 +331,20 @@ class Card:
 
     async def _look_through(self) -> None:
         """:class:`NotDone` if a line can never be carried out: better now than in the middle of the job."""
-        at, number, pattern = self._at, self._line, unusual_of("".join(self.axes()))
+        at, number, moves, pattern = self._at, self._line, False, unusual_of("".join(self.axes()))
         while True:
-            lines, at, count = await self.aside(self._unusual, self._name, self._made, at, pattern)
+            lines, at, count = await self.aside(self._unusual, self._name, self._made, at, pattern if moves else ALL)
             for i, (line, data) in enumerate(lines):
                 # nobody else waits for this
                 if i % JUDGED_MOST == 0:
                     await asyncio.sleep(0)
                 try:
-                    understood = self._understand(good(bytearray(data)))
-                    if understood and understood[0].name == END:
-                        return
+                    for one, _ in self._understand(good(bytearray(data))):
+                        if one.name == END:
+                            return
+                        if one.name == MODAL and not moves:
+                            raise BadWords(f'"{one.argument}" needs a G0, G1, G2 or G3 before it')
+                        moves = moves or one.name in MOTION
                 except (NotDone, BadWords, BadLine) as why:
                     raise NotDone(f"{self._name}, line {number + line}: {why}; the job has not begun") from None
             number += count
@@ -356,8 +358,7 @@ class Card:
             with contextlib.suppress(_Ended):
                 async for data in self._lines():
                     await self._pause()
-                    if name := await self._carry_out(data, modes):
-                        unknown[name] = None
+                    unknown.update(dict.fromkeys(await self._carry_out(data, modes)))
             # it has ended when its last move has
             await self._carry_out(b"M400", modes)
             error = False
@@ -371,35 +372,32 @@ class Card:
             more = f"; commands that do not exist: {', '.join([*unknown][:NAMED_MOST])}" if unknown else ""
             self._end(text or f"{self._name} has ended, {self._line} lines{more}", error=error, done=not error)
 
-    async def _carry_out(self, data: bytes, modes: Modes) -> str:
-        """A line; the name of its command if it was skipped, as there is none of it and nothing depends on it."""
-        understood = self._understand(data)
-        if not understood:
-            return ""
-        line, known = understood
-        if not known:
-            return line.name
-        await self.run(Job(None, line, modes, lambda text: None))
-        await self._pause()
-        if line.name == END:
-            raise _Ended
-        return ""
+    async def _carry_out(self, data: bytes, modes: Modes) -> list[str]:
+        """A line; names of its commands that were skipped, because they do not exist and nothing depends on them."""
+        skipped = []
+        for line, known in self._understand(data):
+            if not known:
+                skipped.append(line.name)
+                continue
+            await self.run(Job(None, line, modes, lambda text: None))
+            await self._pause()
+            if line.name == END:
+                raise _Ended
+        return skipped
 
-    def _understand(self, data: bytes) -> tuple[Line, bool] | None:
-        """A line, and is there such a command? None: nothing is in it. Raises why it can never be carried out."""
+    def _understand(self, data: bytes) -> list[tuple[Line, bool]]:
+        """The commands of a line, each with whether it exists. Raises why it can never be carried out."""
         if b"*" not in data:
             data = _NUMBER.sub(b"", data, 1) if _NUMBER.match(data) else data
         line = parse(data) if data.strip() != b"%" else None
         if not line or not line.text:
-            return None
-        if line.name not in TEXTS and _COMMAND.search(line.arguments):
-            raise NotDone(f'"{line.text[:LINE_MOST]}": one line has one command')
+            return []
         if line.name == DELETE and not line.arguments:
             line = replace(line, name=END)
-        known = self.judge(line)
-        if not known and (line.name[:1] != "M" or line.name in NEEDED):
+        judged = self.judge(line)
+        if any(not known and (one.name[:1] != "M" or one.name in NEEDED) for one, known in judged):
             raise NotDone(f'"{line.text[:LINE_MOST]}" cannot be carried out: there is no such command')
-        return line, known
+        return judged
 
     async def _lines(self) -> AsyncGenerator[bytes, None]:
         """The lines from where the job begins, without comments; it has come so far when the next one is asked for."""

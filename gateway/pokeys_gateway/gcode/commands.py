@@ -18,6 +18,7 @@ from ..source import Reading
 from ..wire import NotDone
 from . import heating, report
 from .arcs import arc
+from .blocks import is_block, parts
 from .lane import Job
 from .member import INCH, LETTERS
 from .operation import RESUME, Operation
@@ -25,6 +26,8 @@ from .parser import BadWords, Line
 
 __all__ = ["AUTOREPORT", "COMMANDS", "END_JOB", "RENUMBER", "RESUME", "STATE", "STORE", "STORED", "Command",
            "switches_off"]
+# beside what switches off, these change nothing of that
+_QUIET = ("G17", "G20", "G21", "G40", "G49", "G54", "G80", "G90", "G91", "G91.1", "G94", "M2", "M9", "M82", "M83")
 NO_SETTINGS = "echo:G-code commands no device"
 Work = Callable[[Operation, Job], Awaitable[str]]
 Judge = Callable[[Operation, Line], object]
@@ -118,14 +121,25 @@ def _mode(**modes: bool | float) -> Work:
 
 
 def switches_off(line: Line) -> bool:
-    """It switches something off, and nothing on."""
+    """It switches something off, and does nothing else but set modes."""
+    if not is_block(line):
+        return _is_off(line)
+    try:
+        found = parts(line)
+    except BadWords:
+        return False
+    return any(map(_is_off, found)) and all(one.name in _QUIET or _is_off(one) for one in found)
+
+
+def _is_off(line: Line) -> bool:
     if line.name in ("M5", "M18", "M84", "M107"):
         return True
     try:
         words = line.words()
     except BadWords:
         return False
-    return line.name in ("M104", "M109", "M140", "M141", "M190", "M191") and words.get("S", words.get("R")) == 0
+    return (line.name in ("M104", "M109", "M140", "M141", "M190", "M191") and words.get("S", words.get("R")) == 0 and
+            not {"G", "M"} & words.keys())
 
 
 async def _begin_at(operation: Operation, job: Job) -> None:
@@ -188,6 +202,7 @@ async def _end_program(operation: Operation, job: Job) -> None:
     """M2, as RS274/NGC has it: the spindle stands, and positions are absolute."""
     await _when_still(operation, operation.outputs.stand)
     job.modes.relative = job.modes.relative_extruder = False
+    job.modes.motion = ""
 
 
 async def _remove(operation: Operation, job: Job) -> str:
@@ -273,11 +288,11 @@ COMMANDS = {
                   work=_does(lambda operation, _job: _when_still(operation, operation.outputs.stand))),
     "G4": Command("P and milliseconds, S and seconds: wait this long after all moves have ended",
                   work=_does(lambda operation, job: operation.motion.dwell(job))),
-    # they have work, so that a second command in their line is refused and not ignored
+    # they have work, so that what stands beside them in a line is not ignored
     **{name: Command(f"{what}: it is so, ok", work=_mode(), commands=False) for name, what in (
         ("G17", "arcs are in the XY plane"), ("G40", "no compensation of a tool's radius"),
         ("G49", "no offset for a tool's length"), ("G54", "the first coordinate system"), ("G80", "no canned cycle"),
-        ("G94", "speeds are in units/min"))},
+        ("G91.1", "centres of arcs are relative"), ("G94", "speeds are in units/min"))},
     # what follows them would be carried out in another way than they say
     **{name: Command(f"{what}: refused", work=_does(_refuse), judge=_refused) for name, what in (
         ("G18", "arcs are in the XZ plane"), ("G19", "arcs are in the YZ plane"), ("G41", "a tool's radius"),

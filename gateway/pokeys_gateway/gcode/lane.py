@@ -28,6 +28,7 @@ class Modes:
         self.feed: float | None = None      # as given, units/s
         self.feed_scale = 1.0               # mm for each of them
         self.tool = 0                       # hot end
+        self.motion = ""                    # the last one of G0 to G3
 
     def set_feed(self, number: float) -> None:
         """F: units/min. :class:`BadWords`."""
@@ -116,6 +117,7 @@ class Lane:
                 job.storing.spoil(why)
         self._jobs.clear()
         self._skips = 0
+        self.modes.motion = ""      # whoever goes on says what with
         if self._task:
             self._task.cancel()
             self._task = None

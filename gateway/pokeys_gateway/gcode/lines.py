@@ -12,6 +12,7 @@ from .parser import LINE_MOST, BadLine
 CHUNK = 64 << 10            # bytes that are read at once
 LONGEST = 1 << 20           # a line with its comment
 OF_MOVES = "FIJR"           # letters besides the axes
+ALL = re.compile(rb"^(?![ \t]*(?:;.*)?\r?$).+$", re.M)        # finds all lines but comments and empty ones
 
 
 def good(code: bytearray) -> bytes:
@@ -44,23 +45,28 @@ def unusual_of(axes: str) -> re.Pattern[bytes]:
     """Finds all lines but comments, empty ones and moves of these axes: those are most of a file, and have nothing to
     be judged."""
     letters = f"[{OF_MOVES}{axes}]".encode()
-    usual = (rb"(?:G0*[0-3](?:[ \t]*" + letters + rb"[ \t]*[+-]?\d*\.?\d+\.?)*)?[ \t]*(?:;.*)?\r?")
+    usual = (rb"(?:G0*[0-3])?(?:[ \t]*" + letters + rb"[ \t]*[+-]?(?:\d+(?:\.\d*)?|\.\d+))*[ \t]*(?:;.*)?\r?")
     return re.compile(rb"^(?!" + usual + rb"$).+$", re.M)
 
 
-def unusual(file: int, at: int, pattern: re.Pattern[bytes]) -> tuple[list[tuple[int, bytes]], int, int]:
-    """Lines from there on that have to be judged, without comments and the first of each kind, with their numbers from
-    1; how far that goes, and how many lines that are: 0 at the file's end."""
+def _whole_lines(file: int, at: int) -> bytes:
+    """Some lines from there on; nothing at the file's end."""
     data = os.pread(file, CHUNK, at)
     end = data.rfind(b"\n") + 1
     while not end and len(data) < LONGEST and (more := os.pread(file, CHUNK, at + len(data))):
         data += more
         end = data.rfind(b"\n") + 1
-    end = end or len(data)
+    return data[:end or len(data)]
+
+
+def unusual(file: int, at: int, pattern: re.Pattern[bytes]) -> tuple[list[tuple[int, bytes]], int, int]:
+    """Lines from there on that have to be judged, without comments and the first of each kind, with their numbers from
+    1; how far that goes, and how many lines that are: 0 at the file's end."""
+    data = _whole_lines(file, at)
     found: dict[bytes, int] = {}
     counted = counted_to = 0
-    for line in pattern.finditer(data, 0, end):
+    for line in pattern.finditer(data):
         counted += data.count(b"\n", counted_to, line.start())
         counted_to = line.start()
         found.setdefault(line[0].partition(b";")[0], counted + 1)
-    return [(number, line) for line, number in found.items()], at + end, data.count(b"\n", 0, end) or int(bool(data))
+    return [(number, line) for line, number in found.items()], at + len(data), data.count(b"\n") or int(bool(data))

@@ -13,7 +13,7 @@ import functools
 import logging
 import re
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from weakref import ReferenceType, WeakKeyDictionary, ref
 
 from ..console.client import Client
@@ -23,6 +23,7 @@ from ..console.urgent import STOP
 from ..hub import Hub
 from ..wire import NotDone
 from . import report
+from .blocks import CANCEL, MODAL, MOTION, SPEED, is_block, parts
 from .card import Storing
 from .commands import (
     AUTOREPORT,
@@ -33,11 +34,10 @@ from .commands import (
     STATE,
     STORE,
     STORED,
-    Command,
     switches_off,
 )
 from .holder import STOPPED
-from .lane import Job, Lane
+from .lane import Job, Lane, Modes
 from .linuxcnc import PAUSE, RUN, LinuxCnc
 from .operation import Operation
 from .parser import LINE_MOST, BadLine, BadWords, Line, parse
@@ -60,10 +60,29 @@ _END = re.compile(rb"\r\n|\r|\n")
 _LOG = logging.getLogger("pokeys-gateway")
 
 
-def _need_one(command: Command, line: Line) -> None:
-    """:class:`BadWords` for what would be left out, such as the move in "G90 G1 X5"."""
-    if not command.text and {"G", "M"} & set(line.words()):
-        raise BadWords("one line has one command")
+def _unknown(text: str) -> str:
+    return f'echo:Unknown command: "{text[:SHOWN]}"; M115 lists the commands'
+
+
+def _parts(line: Line) -> list[Line]:
+    """The commands of a line, one after the other. :class:`BadWords`."""
+    command = COMMANDS.get(line.name)
+    return [line] if command and command.text and not is_block(line) else parts(line)
+
+
+def _named(line: Line, modes: Modes) -> Line:
+    """One of them; a move without a command gets the last one's."""
+    if line.name == MODAL and not modes.motion:
+        raise BadWords(f'"{line.argument}" needs a G0, G1, G2 or G3 before it')
+    return replace(line, name={MODAL: modes.motion, SPEED: "G1"}.get(line.name, line.name))
+
+
+def _remember(part: Line, modes: Modes) -> None:
+    """It has been carried out, or cannot be."""
+    if part.name in MOTION:
+        modes.motion = part.name
+    elif part.name == CANCEL or (part.name[:1] == "G" and part.name not in COMMANDS):
+        modes.motion = ""       # what follows belongs to another command
 
 
 def _too_long(text: str) -> str:
@@ -250,6 +269,7 @@ class Machine:
             return
         lane = self._lanes.setdefault(asker, Lane(self._work, functools.partial(self._room, ref(asker))))
         storing = self._storing(asker, lane, line)
+        works = self._works(line)
         job = Job(asker, line, lane.modes, functools.partial(self._tell, asker, request=request), storing)
         if linuxcnc and self._goes_past(linuxcnc, lane, line.name):
             job.owe(1)
@@ -257,7 +277,7 @@ class Machine:
             self._now[task] = job
             task.add_done_callback(self._paused)
             return
-        if storing or linuxcnc or (command and command.work) or (lane.busy and not (command and command.at_once)):
+        if storing or linuxcnc or works or (lane.busy and not (command and command.at_once)):
             lane.put(job)
             if lane.full and not lane.held:
                 lane.held = True
@@ -323,7 +343,8 @@ class Machine:
         if not line.text:
             return "ok"
         if line.name not in COMMANDS:
-            return f'echo:Unknown command: "{line.text[:SHOWN]}"; M115 lists the commands\nok'
+            _remember(line, self._lanes[asker].modes)
+            return f"{_unknown(line.text)}\nok"
         command = COMMANDS[line.name]
         if command.act and self._operation:
             try:
@@ -353,12 +374,12 @@ class Machine:
     async def _work(self, job: Job) -> None:
         """Carry out a line, with its reply."""
         assert job.asker
-        command, operation, lane = COMMANDS.get(job.line.name), self._operation, self._lanes[job.asker]
+        name, operation, lane = job.line.name, self._operation, self._lanes[job.asker]
         linuxcnc = self._linuxcnc if self._linuxcnc and self._linuxcnc.takes(job.line) else None
         try:
             if job.storing:
                 job.tell(await self._store(job, job.storing))
-            elif job.gone and not switches_off(job.line):
+            elif job.gone and not switches_off(job.line) and not (operation and is_block(job.line)):
                 return      # what switches off is carried out for who is gone, too
             elif lane.skips(job) and not switches_off(job.line):
                 raise NotDone("not carried out, as a line before it has failed")
@@ -366,27 +387,58 @@ class Machine:
                 before = await linuxcnc.carry_out(job)
                 if lane.has(job):
                     job.tell(f"{before}\n" * bool(before) + "ok")
-            elif command and command.work and operation:
-                if command.commands:
-                    await operation.ready()
-                if command.moves and operation.prints:
-                    raise NotDone("a job is under way; M25 lets it wait, and M524 ends it")
-                operation.holder.begin()
-                _need_one(command, job.line)
-                before = await command.work(operation, job)
+            elif operation and self._works(job.line):
+                said = []
+                for part in self._ready(operation, job):
+                    name = part.name
+                    if not job.gone or switches_off(part):
+                        said.append(await self._carry_out_part(operation, job, part))
                 if lane.has(job):
-                    job.tell(f"{before}\n" * bool(before) + "ok")
+                    job.tell("".join(f"{text}\n" for text in said if text) + "ok")
             else:
                 job.tell(self._reply(job.asker, job.line))
         except Exception as why:
             if not lane.has(job):
                 return      # a fault that it has met itself has ended it already
-            failed = bool(job.storing or linuxcnc or (command and command.work))
-            job.tell(self._reason(job.asker, why, (job.line.name or "line") if failed else ""))
+            failed = bool(job.storing or linuxcnc or self._works(job.line))
+            job.tell(self._reason(job.asker, why, (name or "line") if failed else ""))
             if failed and not job.storing and job.asker.connected:
                 lane.skip()
                 if lines := job.asker.forget():
                     self._tell(job.asker, f"echo:not carried out, as a line before them has failed: {lines} lines", 0)
+
+    def _works(self, line: Line) -> bool:
+        """It takes time."""
+        command = COMMANDS.get(line.name)
+        if command and command.work:
+            return True
+        return self._operation is not None and is_block(line)
+
+    def _ready(self, operation: Operation, job: Job) -> list[Line]:
+        """The commands of a line. Raises what is known to be wrong with one of them, before the first is begun."""
+        found = _parts(job.line)
+        for part in found if len(found) > 1 else []:
+            command = COMMANDS.get(_named(part, job.modes).name)
+            if command and command.judge:
+                command.judge(operation, part)
+        if operation.prints and any(command.moves for part in found
+                                    if (command := COMMANDS.get(_named(part, job.modes).name))):
+            raise NotDone("a job is under way; M25 lets it wait, and M524 ends it")
+        return found
+
+    @staticmethod
+    async def _carry_out_part(operation: Operation, job: Job, part: Line) -> str:
+        """A command of a line; lines before the ok."""
+        line = _named(part, job.modes)
+        command = COMMANDS.get(line.name)
+        said = _unknown(line.name)
+        if command and command.work:
+            if command.commands:
+                await operation.ready()
+            operation.holder.begin()
+            said = await command.work(operation, replace(job, line=line))
+        _remember(part, job.modes)
+        return said
 
     @staticmethod
     async def _store(job: Job, storing: Storing) -> str:
@@ -400,26 +452,32 @@ class Machine:
         await storing.write(job.line.text)
         return "ok"
 
-    def _judge(self, line: Line) -> bool:
-        """Raises why a line of a file can never be carried out. False: there is no such command."""
-        command, operation = COMMANDS.get(line.name), self._operation
+    def _judge(self, line: Line) -> list[tuple[Line, bool]]:
+        """The commands of a line of a file, each with whether it exists. Raises why it can never be carried out."""
+        if not self._works(line):
+            return [(line, line.name != "" and self._judge_part(line))]
+        return [(part, self._judge_part(part)) for part in _parts(line)]
+
+    def _judge_part(self, line: Line) -> bool:
+        # all moves are judged alike
+        command, operation = COMMANDS.get("G1" if line.name in (MODAL, SPEED) else line.name), self._operation
         if not command or not operation:
             return False
         if command.stop or command.act or (command.work and not command.in_files):
             raise NotDone(f"{line.name} cannot be in a file")
-        if command.work:
-            _need_one(command, line)
         if command.judge:
             command.judge(operation, line)
         return True
 
     async def _run(self, job: Job) -> None:
-        """Carry out a line of a file, which is judged."""
-        command, operation = COMMANDS.get(job.line.name), self._operation
+        """Carry out a command of a file, which is judged."""
+        line = _named(job.line, job.modes)
+        command, operation = COMMANDS.get(line.name), self._operation
         if command and command.work and operation:
             await operation.ready()
             operation.holder.begin()
-            await command.work(operation, job)
+            await command.work(operation, replace(job, line=line))
+        _remember(job.line, job.modes)
 
     def _halt(self, why: str) -> None:
         """Nothing is commanded any more: hosts end their job at an error."""

@@ -152,9 +152,10 @@ class Operation:
         """A file that is to be written; :class:`NotDone` if there is no folder."""
         return Storing(self.card, name)
 
-    def open(self, judge: Callable[[Line], bool], run: Callable[[Job], Awaitable[None]]) -> None:
-        """``judge`` raises why a line of a file cannot be carried out, or says if there is such a command; ``run``
-        carries it out."""
+    def open(self, judge: Callable[[Line], list[tuple[Line, bool]]],
+             run: Callable[[Job], Awaitable[None]]) -> None:
+        """``judge`` gives the commands of a line of a file, each with whether it exists, or raises why it cannot be
+        carried out; ``run`` carries a command out."""
         if self._card:
             self._card.judge, self._card.run, self._card.axes = judge, run, self.motion.letters
             # the disk may hang

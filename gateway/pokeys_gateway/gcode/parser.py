@@ -7,6 +7,7 @@ together. Letters may be small, and spaces are optional, but in texts (M117).
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 LINE_MOST = 256             # characters, without the end
@@ -42,23 +43,33 @@ class Line:
         """The argument without comments."""
         return _PARENTHESES.sub(" ", self.argument).strip()
 
+    @property
+    def code(self) -> str:
+        """All of it without comments."""
+        return _PARENTHESES.sub(" ", self.text).strip()
+
     def words(self) -> dict[str, float | None]:
         """The argument's letters and their numbers, None if a letter stands alone. :class:`BadWords`."""
         found: dict[str, float | None] = {}
-        text, at = self.arguments, 0
-        while at < len(text):
-            word = _WORD.match(text, at)
-            if not word:
-                raise BadWords(f'"{text[at:at + 16]}" is not a letter with a number')
-            letter = word[1].upper()
-            # an O in place of a 0 would make another number of it
-            if not word[2] and at and (text[at - 1].isdigit() or text[at - 1] == "."):
-                raise BadWords(f'"{text[at - 1:at + 15]}" is not a number')
+        for letter, number in tokens(self.arguments):
             if letter in found:
                 raise BadWords(f"{letter} occurs twice")
-            found[letter] = float(word[2]) if word[2] else None
-            at = word.end()
+            found[letter] = float(number) if number else None
         return found
+
+
+def tokens(text: str) -> Iterator[tuple[str, str]]:
+    """Letters and their numbers as they are written, "" if a letter stands alone. :class:`BadWords`."""
+    at = 0
+    while at < len(text):
+        word = _WORD.match(text, at)
+        if not word:
+            raise BadWords(f'"{text[at:at + 16]}" is not a letter with a number')
+        # an O in place of a 0 would make another number of it
+        if not word[2] and at and (text[at - 1].isdigit() or text[at - 1] == "."):
+            raise BadWords(f'"{text[at - 1:at + 15]}" is not a number')
+        yield word[1].upper(), word[2] or ""
+        at = word.end()
 
 
 def parse(data: bytes) -> Line | None:
