@@ -6,6 +6,8 @@ import contextlib
 import random
 import re
 import signal
+import socket
+import struct
 import sys
 import time
 import types
@@ -143,6 +145,22 @@ def test_lines_of_cam_programs():
         # the end of a program, in the same line as its last move
         do(one, "G91 G1 X1 M30", "G0 X0", "M400")
         assert places(shop) == [0, 0, 0], places(shop)
+
+
+def test_the_rest_of_a_line_is_not_for_a_client_that_is_gone():
+    """It goes while the first command of its line waits: what that switches off is off, and nothing moves any more."""
+    with mill() as shop:
+        other = Client(shop.house)
+        other.send(b"G1 X20 F600\nM5 G0 Y5\n")
+        assert other.line() == "ok"
+        moves(shop)
+        # one that only has nothing more to send is still served
+        other.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        other.socket.close()
+        stand(shop)
+        # the same order of lines, of somebody who stays
+        do(shop.one, "G4 P1")
+        assert places(shop) == [4000, 0, 0], places(shop)
 
 
 def test_an_axis_without_a_home_switch():
