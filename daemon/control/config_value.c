@@ -72,6 +72,8 @@ static const char *store_address(const char *text, void *field)
 	uint32_t address;
 	const char *wrong = parse_address(text, &address);
 
+	if (wrong && strchr(text, ':') && strchr(text, ':') == strrchr(text, ':'))
+		wrong = "has a port in it, which belongs in the key port";
 	if (!wrong && address >> 28 >= 14)
 		wrong = "is no device's address";
 	if (!wrong)
