@@ -77,7 +77,8 @@ static int show(const struct options *options)
 	if (!result && options->json)
 		config_print_show_json(options->names[1], &report, stdout);
 	else if (!result)
-		config_print_show(options->names[1], &report, stdout);
+		config_print_show(options->names[1], view->device[0].state.identity.serial,
+				  &report, stdout);
 	view_close(view);
 	return result ? STATUS_FAILED : STATUS_OK;
 }

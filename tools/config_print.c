@@ -104,9 +104,12 @@ void config_print_odd_pins(const struct pokeys_settings *device, FILE *to)
 				settings_pin_text(device->pin_function[pin], text));
 }
 
-void config_print_show(const char *device, const struct pokeys_report *report, FILE *to)
+void config_print_show(const char *device, uint32_t serial, const struct pokeys_report *report,
+		       FILE *to)
 {
 	fprintf(to, "[device %s]\n", device);
+	if (serial)
+		fprintf(to, "serial = %u\n", serial);
 	for (size_t i = 0; i < settings_key_count; i += config_group(i))
 		show_group(&settings_keys[i], config_group(i), &report->device, to);
 	config_print_odd_pins(&report->device, to);

@@ -8,8 +8,9 @@
 #include "settings/key.h"
 #include "tools/json.h"
 
-/* What the device has: a [device NAME] section. */
-void config_print_show(const char *device, const struct pokeys_report *report, FILE *to);
+/* What the device has: a [device NAME] section. `serial` is its serial number, 0 = not known. */
+void config_print_show(const char *device, uint32_t serial, const struct pokeys_report *report,
+		       FILE *to);
 void config_print_show_json(const char *device, const struct pokeys_report *report, FILE *to);
 
 /* What is wanted and what the device has instead, a line each. Returns how many. */

@@ -42,7 +42,7 @@ def settings_change_nothing(preset):
         house.says("config", "diff", "SimPoKeys57CNC", returncode=0)
         written = re.findall(r"SimPoKeys57CNC: (.*) \(not saved in the device\)", house.log())
         assert set(written) <= {"failsafe configured"}, house.log()  # a net that pokeysd sets up by itself
-        shown = house.ctl("config", "show", "SimPoKeys57CNC").stdout.splitlines()[1:]
+        shown = house.ctl("config", "show", "SimPoKeys57CNC").stdout.splitlines()[2:]
         named = {line.removeprefix("; ").split(" = ")[0] for line in text.splitlines() if " = " in line}
         missing = [line for line in shown if not line.startswith(";") and line.split(" = ")[0] not in named]
         missing = [line for line in missing if not line.split(" = ")[0].endswith(("microsteps", "temperature-limit"))]

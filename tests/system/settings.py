@@ -48,7 +48,7 @@ def test_what_is_shown_can_be_put_into_the_file():
         shown = house.says("config", "show", "mill", returncode=0, stderr="")
         assert shown.stdout.startswith("[device mill]\n"), shown.stdout
         copy = house.folder / "copy.conf"
-        copy.write_text(shown.stdout.replace("[device mill]", f"[device mill]\naddress = {house.address}"))
+        copy.write_text(shown.stdout)
         out = run(house.programs["pokeysd"], "--check-config", "--config", copy)
         assert out.returncode == 0, out.stderr + shown.stdout
         document = json.loads(house.ctl("config", "show", "mill", "--json").stdout)

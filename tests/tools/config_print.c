@@ -52,10 +52,11 @@ static void show_is_a_section_of_the_file(void **state)
 	report.device.pin_function[9] = 0x61;
 	report.device.set |= POKEYS_SET_GENERATOR;
 	report.device.generator = 9;
-	config_print_show("mill", &report, to);
+	config_print_show("mill", 65432, &report, to);
 	fclose(to);
 	assert_string_equal(out,
 			    "[device mill]\n"
+			    "serial = 65432\n"
 			    "digital-inputs = 1-6,8\n"
 			    "axes = 3\n"
 			    "; generator: the device has 9, for which there is no word\n"
@@ -130,7 +131,7 @@ static void anything_is_printed_safely(void **state)
 
 		for (size_t i = 0; i < sizeof(report); i++)
 			bytes[i] = (unsigned char)(rand() >> 4);
-		config_print_show("mill", &report, to);
+		config_print_show("mill", 0, &report, to);
 		config_print_show_json("mill", &report, to);
 		config_print_diff(&report, to);
 		config_print_diff_json("mill", &report, to);
