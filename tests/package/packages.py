@@ -127,8 +127,11 @@ def clean_debian(root, release, *packages):
         f"--include={','.join(packages)}", release, root)
 
     def inside(script, *, network=True):
+        # unit tests need /sys and pseudoterminals, which builders of Debian have
         return run("unshare", "--mount", "--pid", "--fork", "--kill-child", *([] if network else ["--net"]),
-                   f"--mount-proc={root}/proc", "chroot", root, "/bin/bash", "-ec",
+                   f"--mount-proc={root}/proc", "sh", "-ec",
+                   'mount --bind -o ro /sys "$0/sys"; mount -t devpts -o newinstance,ptmxmode=0666 devpts "$0/dev/pts"; '
+                   'exec chroot "$0" /bin/bash -ec "$1"', root,
                    "export DEBIAN_FRONTEND=noninteractive LC_ALL=C HOME=/root; "
                    f"mount -t tmpfs tmpfs /dev/shm; cd /; {script}")
     return inside
