@@ -57,7 +57,7 @@ struct pokeys_client {
 	struct handover state;		/* struct iox_state_reader */
 	struct handover diag;		/* struct iox_diag_reader */
 	struct handover command;	/* struct iox_command_writer */
-	const struct pokeys_command *written;	/* what it was given last; NULL = nothing yet */
+	const struct pokeys_command *written;	/* the last image; NULL = none yet */
 	struct handover report;		/* struct iox_report_reader */
 	struct handover wish;		/* struct iox_wish_writer */
 
@@ -95,7 +95,7 @@ void client_detach(struct pokeys_client *client);
 
 /* read.c: as pokeys_client_write(), for the holder as well. */
 int client_write(struct pokeys_client *client, const struct pokeys_command *command);
-/* read.c: tell the daemon that this commander ends. Nothing, if it has commanded nothing. */
+/* read.c: tell the daemon that this commander ends. Does nothing if it has written no command. */
 void client_leave(struct pokeys_client *client);
 
 /*

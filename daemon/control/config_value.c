@@ -73,7 +73,7 @@ static const char *store_address(const char *text, void *field)
 	const char *wrong = parse_address(text, &address);
 
 	if (wrong && strchr(text, ':') && strchr(text, ':') == strrchr(text, ':'))
-		wrong = "has a port in it, which belongs in the key port";
+		wrong = "is not an IPv4 address; a port is set with the key port";
 	if (!wrong && address >> 28 >= 14)
 		wrong = "is no device's address";
 	if (!wrong)

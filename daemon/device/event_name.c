@@ -179,8 +179,9 @@ static const char *const refusal_names[REFUSALS] = {
 	[REFUSAL_NOT_RUNNING] = "the device is not running (pokeysctl status says why)",
 	[REFUSAL_VALUE] = "a value is out of range",
 	[REFUSAL_POSITION] = "the position of axis # is out of range",
-	[REFUSAL_MACHINE_OFF] = "the machine is off",
-	[REFUSAL_MACHINE_ON] = "the machine is on, or something still moves",
+	[REFUSAL_MACHINE_OFF] = "motion is not permitted: switch machine-on on, or off and on if "
+				"it is on already",
+	[REFUSAL_MACHINE_ON] = "motion is permitted, or an axis or servo motor still moves",
 	[REFUSAL_NO_ENGINE] = "this device has no pulse engine",
 	[REFUSAL_ENGINE_ON] = "with this firmware, a position can be set only while the pulse "
 			      "engine is off",
@@ -196,20 +197,22 @@ static const char *const refusal_names[REFUSALS] = {
 	[REFUSAL_NO_HAND_WHEEL] = "no axis in position mode has a hand wheel (mpg-encoder of an "
 				  "axis in pokeysd.conf)",
 	[REFUSAL_NOTHING_TO_FINISH] = "there is no homing to finish",
-	[REFUSAL_ENGINE_OFF] = "the pulse engine does not run",
+	[REFUSAL_ENGINE_OFF] = "the pulse engine is not running",
 	[REFUSAL_NO_ENCODER] = "this device has no encoder #",
-	[REFUSAL_SERVO_ENCODER] = "encoder # belongs to a servo motor, or a servo motor that is "
-				  "enabled has an encoder of the same group, and the device sets "
-				  "a whole group at once",
-	[REFUSAL_SERVO_INDEX] = "encoder # belongs to a servo motor, or both are fast encoders, "
-				"which the device arms together",
-	[REFUSAL_NO_INDEX] = "encoder # has no index: it is no fast encoder, or is off "
-			     "(fast-encoders, ultra-fast-encoder in pokeysd.conf)",
-	[REFUSAL_INDEX_FIRMWARE] = "the index of encoder # needs firmware 4.2.19",
+	[REFUSAL_SERVO_ENCODER] = "encoder # belongs to a servo motor, or an enabled servo motor "
+				  "has an encoder in the same group: the device sets a whole group "
+				  "at once",
+	[REFUSAL_SERVO_INDEX] = "encoder # belongs to a servo motor, or it is a fast encoder and a "
+				"servo motor has another one: the device arms all fast encoders "
+				"together",
+	[REFUSAL_NO_INDEX] = "encoder # has no index: it is not a fast or ultra-fast encoder, or "
+			     "it is off (fast-encoders, ultra-fast-encoder in pokeysd.conf)",
+	[REFUSAL_INDEX_FIRMWARE] = "the index of encoder # needs firmware 4.2.19 or later",
 	[REFUSAL_PROBE_INPUT] = "there is no such probe input",
-	[REFUSAL_HYBRID_AXES] = "a hybrid probe takes no axes",
+	[REFUSAL_HYBRID_AXES] = "a hybrid probe must not name axes",
 	[REFUSAL_NO_COUNTERS] = "this device has no digital counters",
-	[REFUSAL_SAVED_JUST_NOW] = "its flash memory was written less than 2 s ago",
+	[REFUSAL_SAVED_JUST_NOW] = "the device's flash memory was written less than 2 s ago; "
+				   "try again",
 };
 
 const char *event_refusal_name(int64_t refusal)

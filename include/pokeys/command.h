@@ -64,8 +64,8 @@ enum {
 	POKEYS_COMMAND_RESUMED = 1u << 3,	/* this commander already drove the device under an
 						 * earlier daemon: outputs wait for machine-on as
 						 * after a loss. Read only when a session begins */
-	POKEYS_COMMAND_ENDS = 1u << 4,		/* this commander ends: once the image has been
-						 * carried out, its heartbeat counts as late.
+	POKEYS_COMMAND_ENDS = 1u << 4,		/* this commander is ending: the daemon carries out
+						 * this image, then treats the heartbeat as late.
 						 * pokeys_client_close() writes it */
 };
 

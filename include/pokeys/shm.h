@@ -66,8 +66,9 @@ int pokeys_client_open(pokeys_client **out, const char *runtime_directory, const
 		       const char *program, unsigned int flags);
 
 /*
- * Detach and free; ends the follower thread first. The device of a commander goes to its safe
- * state as soon as what was written last is carried out. NULL is allowed. Cold.
+ * Detach and free; ends the follower thread first. If the client is a commander, the daemon
+ * first carries out its last command image, and then brings the device into its safe state. NULL
+ * is allowed. Cold.
  */
 void pokeys_client_close(pokeys_client *client);
 

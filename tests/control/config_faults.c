@@ -22,8 +22,9 @@ static void a_fault_names_line_section_key_and_range(void **state)
 		     "f:2: [device a]: address: \"10.0.0\" is not an IPv4 address; allowed: an "
 		     "IPv4 address such as 192.168.1.20");
 	assert_fault("[device a]\naddress = 10.0.0.1:20055\n",
-		     "f:2: [device a]: address: \"10.0.0.1:20055\" has a port in it, which belongs "
-		     "in the key port; allowed: an IPv4 address such as 192.168.1.20");
+		     "f:2: [device a]: address: \"10.0.0.1:20055\" is not an IPv4 address; a "
+		     "port is set with the key port; allowed: an IPv4 address such as "
+		     "192.168.1.20");
 	assert_fault(GOOD "digital-inputs = 1-4,56\n",
 		     "f:3: [device a]: digital-inputs: \"1-4,56\" names a pin that is out of "
 		     "range; allowed: pins 1..55 as a list such as 1-3,5");

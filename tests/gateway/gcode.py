@@ -84,8 +84,8 @@ BAD_BLOCKS = (
     (b"G92 X0 G1", "G92 and G1 cannot be in one line"), (b"G28 X G90", "G28 needs a line of its own"), (b"G90 G28", "G28 needs a line of its own"),
     (b"G1 X5 M112", "M112 needs a line of its own"), (b"T0 M6", "T needs a line of its own"), (b"G4 P1 M5", "G4 needs a line of its own"),
     (b"G1 X5 M104 S200", "M104 needs a line of its own"), (b"G90 G1 X", "X needs a number"), (b"G90 G1 X5 S100", "no command in this line takes S"),
-    (b"G90 G1 X1 X2", "X occurs twice"), (b"G90 G1 X2O", '"2O" is not a number'), (b"M5 G1 X5 Q1", "no command in this line takes Q"), (b"G80 X5", "G80 and a move without a command cannot be in one line"), (b"G1 X5 G", '"G" is no command'),
-    (b"G-.5 X1", '"G-.5" is no command'),
+    (b"G90 G1 X1 X2", "X occurs twice"), (b"G90 G1 X2O", '"2O" is not a number'), (b"M5 G1 X5 Q1", "no command in this line takes Q"), (b"G80 X5", "G80 and a move without a command cannot be in one line"), (b"G1 X5 G", '"G" is not a command'),
+    (b"G-.5 X1", '"G-.5" is not a command'),
 )
 NO_BLOCKS = (b"M486 ACube G2", b"M5 I", b"M3 I S100", b"M0 turn it", b"M0 X5", b"M30 G1", b"M108 M5", b"M104 S200 G1 X5", b"hello", b"X", b"he G28", b"S1000", b"XE", b"G", b"X5 Q1", b"M155 S2", b"M115 what is it", b"G38.2 Z-5", b"?", b"M862.3 P \"MK3S\"")
 

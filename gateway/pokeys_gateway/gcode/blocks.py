@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Lines with several commands, and moves without a command, as programs of CAM have them (RS274/NGC).
+"""Lines with several commands, and moves without a command, as CAM programs write them (RS274/NGC).
 
 "G90 G1 X5 F600 M3 S1000" is carried out in the order of the standard, whatever the order in the line: spindle, units,
 distance mode, the move with its speed, the end of the program. "X5" repeats the last G0 to G3. Only commands for
@@ -15,8 +15,8 @@ from .member import LETTERS
 from .parser import BadWords, Line, tokens
 
 MOTION = ("G0", "G1", "G2", "G3")
-CANCEL = "G80"              # forgets the last one of them
-MODAL = ""                  # in place of a name: that one
+CANCEL = "G80"              # cancels the last move command
+MODAL = ""                  # in place of a name: repeat the last move command
 SPEED = "F"                 # in place of a name: a speed without a move
 # One of each may be in a line; they are carried out in this order.
 _GROUPS = (
@@ -93,7 +93,7 @@ def _apart(line: Line) -> tuple[list[str], dict[str, str]]:
         if letter in "GM":
             code = _CODE.fullmatch(number)
             if not code:
-                raise BadWords(f'"{letter}{number}" is no command')
+                raise BadWords(f'"{letter}{number}" is not a command')
             names.append(f"{letter}{int(code[1])}" + (f".{code[2]}" if code[2] else ""))
         elif letter == line.name:       # T
             names.append(letter)

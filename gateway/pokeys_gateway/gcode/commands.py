@@ -26,7 +26,7 @@ from .parser import BadWords, Line
 
 __all__ = ["AUTOREPORT", "COMMANDS", "END_JOB", "RENUMBER", "RESUME", "STATE", "STORE", "STORED", "Command",
            "switches_off"]
-# beside what switches off, these change nothing of that
+# These may share a line with a command that switches something off: they switch nothing on.
 _QUIET = ("G17", "G20", "G21", "G40", "G49", "G54", "G80", "G90", "G91", "G91.1", "G94", "M2", "M9", "M82", "M83")
 NO_SETTINGS = "echo:G-code commands no device"
 Work = Callable[[Operation, Job], Awaitable[str]]
@@ -288,7 +288,7 @@ COMMANDS = {
                   work=_does(lambda operation, _job: _when_still(operation, operation.outputs.stand))),
     "G4": Command("P and milliseconds, S and seconds: wait this long after all moves have ended",
                   work=_does(lambda operation, job: operation.motion.dwell(job))),
-    # they have work, so that what stands beside them in a line is not ignored
+    # they have work, so that other commands in their line are not ignored
     **{name: Command(f"{what}: it is so, ok", work=_mode(), commands=False) for name, what in (
         ("G17", "arcs are in the XY plane"), ("G40", "no compensation of a tool's radius"),
         ("G49", "no offset for a tool's length"), ("G54", "the first coordinate system"), ("G80", "no canned cycle"),

@@ -117,7 +117,7 @@ class Lane:
                 job.storing.spoil(why)
         self._jobs.clear()
         self._skips = 0
-        self.modes.motion = ""      # whoever goes on says what with
+        self.modes.motion = ""      # the next move has to name its command
         if self._task:
             self._task.cancel()
             self._task = None
