@@ -187,7 +187,6 @@ struct one_shots {
 	uint64_t saved_ns;		/* flash was written, or may have been; 0 = never */
 	uint8_t order;			/* operation that waits for its turn; 0 = none */
 	bool ordered;			/* the one at work came from a terminal */
-	struct refusal why;		/* of the one that is being recorded */
 };
 
 /* meter.c */

@@ -22,12 +22,12 @@
 
 #define READ_BACKS 3	/* more, if one is not answered */
 
-static void record(struct device *device, uint32_t id, uint8_t operation,
-		   enum pokeys_outcome outcome)
-{
-	const struct refusal why = device->one_shots.why;
+static const struct refusal not_said;
 
-	device->one_shots.why = refusal(REFUSAL_NONE, 0);
+/* `why`: not_said, unless it was refused and nothing else says why. */
+static void record(struct device *device, uint32_t id, uint8_t operation,
+		   enum pokeys_outcome outcome, struct refusal why)
+{
 	if (!device->one_shots.ordered)
 		device->image.one_shot[id % POKEYS_ONE_SHOT_RESULTS] =
 			(struct pokeys_one_shot_result){
@@ -57,7 +57,7 @@ void one_shot_session(struct device *device, uint32_t head)
 	memset(device->image.one_shot, 0, sizeof(device->image.one_shot));
 	device->image.one_shot_session = device->intake.session;
 	for (uint32_t id = head - known; id != head; id++)
-		record(device, id, POKEYS_ONE_SHOT_NOP, POKEYS_OUTCOME_UNKNOWN);
+		record(device, id, POKEYS_ONE_SHOT_NOP, POKEYS_OUTCOME_UNKNOWN, not_said);
 	taken(device, head);
 }
 
@@ -69,7 +69,7 @@ uint8_t one_shot_axes(const struct device *device)
 	       shots->now.operation == POKEYS_ONE_SHOT_SET_POSITION ? shots->now.mask : 0;
 }
 
-void one_shot_end(struct device *device, enum pokeys_outcome outcome)
+static void end(struct device *device, enum pokeys_outcome outcome, struct refusal why)
 {
 	const uint8_t axes = one_shot_axes(device);
 
@@ -81,14 +81,18 @@ void one_shot_end(struct device *device, enum pokeys_outcome outcome)
 			place_told(device, axes);
 	}
 	device->one_shots.phase = ONE_SHOT_IDLE;
-	record(device, device->one_shots.now.id, device->one_shots.now.operation, outcome);
+	record(device, device->one_shots.now.id, device->one_shots.now.operation, outcome, why);
 	device->one_shots.ordered = false;
+}
+
+void one_shot_end(struct device *device, enum pokeys_outcome outcome)
+{
+	end(device, outcome, not_said);
 }
 
 void one_shot_refuse(struct device *device, struct refusal why)
 {
-	device->one_shots.why = why;
-	one_shot_end(device, POKEYS_OUTCOME_REFUSED);
+	end(device, POKEYS_OUTCOME_REFUSED, why);
 }
 
 void one_shot_release(struct device *device)
@@ -103,7 +107,7 @@ void device_one_shot_outcome(struct device *device, uint32_t id, uint8_t operati
 	const bool ordered = device->one_shots.ordered;
 
 	device->one_shots.ordered = false;	/* that is the one at work */
-	record(device, id, operation, outcome);
+	record(device, id, operation, outcome, not_said);
 	device->one_shots.ordered = ordered;
 }
 
@@ -144,7 +148,7 @@ static void take_next(struct device *device, const struct pokeys_command *comman
 	taken(device, id + 1);
 	if (shot->id != id) {
 		intake_refuse(device, COMMAND_FAULT_ONE_SHOT_ID, id);
-		record(device, id, shot->operation, POKEYS_OUTCOME_REFUSED);
+		record(device, id, shot->operation, POKEYS_OUTCOME_REFUSED, not_said);
 		return;
 	}
 	begin(device, shot);

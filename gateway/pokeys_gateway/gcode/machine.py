@@ -417,12 +417,11 @@ class Machine:
     def _ready(self, operation: Operation, job: Job) -> list[Line]:
         """The commands of a line. Raises what is known to be wrong with one of them, before the first is begun."""
         found = _parts(job.line)
-        for part in found if len(found) > 1 else []:
-            command = COMMANDS.get(_named(part, job.modes).name)
-            if command and command.judge:
+        commands = [COMMANDS.get(_named(part, job.modes).name) for part in found]
+        for part, command in zip(found, commands, strict=True):
+            if len(found) > 1 and command and command.judge:
                 command.judge(operation, part)
-        if operation.prints and any(command.moves for part in found
-                                    if (command := COMMANDS.get(_named(part, job.modes).name))):
+        if operation.prints and any(command and command.moves for command in commands):
             raise NotDone("a job is under way; M25 lets it wait, and M524 ends it")
         return found
 
