@@ -7,10 +7,10 @@
 # `all` adds the other LinuxCNC machines, the page in a browser, PREEMPT_RT machines, the Debian packages,
 # fuzzing, long runs of the gateway, and unit and sim again in sanitized builds. The end of the output lists the suites left out.
 #
-# Tests run two at a time, also in sanitized builds. Those of net and gateway spend most of their time waiting
-# and run three at a time. HAL's have a thread with a period each, and gain little from a third. Those of web,
-# vm and soak, which use a browser, virtual machines or much traffic, run one at a time. A test that is in two
-# suites runs once. The last line is "N passed, N failed, N skipped".
+# Tests run two at a time, also in sanitized builds. Those of net, gateway and HAL spend most of their time
+# waiting and run four at a time, the longest first (priority in tests/*/meson.build); LinuxCNC's machines must
+# not be late and run alone. Those of web, vm and soak, which use a browser, virtual machines or much traffic,
+# run one at a time. A test that is in two suites runs once. The last line is "N passed, N failed, N skipped".
 #
 # --repeat N runs the suites N times and prints how often each test failed. --load N
 # runs them beside N busy processes and stops them at random moments (under-load).
@@ -101,8 +101,8 @@ run_group() {
 # Run the selected suites once, in this order, whatever their order on the command line.
 run_round() {
 	run_group unit-sim 2 unit sim
-	run_group net-gateway 3 net gateway
-	run_group hal-linuxcnc 2 hal linuxcnc
+	run_group net-gateway 4 net gateway
+	run_group hal-linuxcnc 4 hal linuxcnc
 	run_group web 1 web
 	run_group vm 1 vm
 	run_group package 1 package
