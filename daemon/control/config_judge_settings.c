@@ -4,11 +4,14 @@
  * without words: an encoder of which anything is given is counted, and braking
  * is as hard as speeding up. Terminals are judged in config_judge_terminals.c.
  */
+#include <stdio.h>
 #include <string.h>
 #include "daemon/control/config_judge.h"
+#include "wire/pulse.h"
 
 enum { ENCODER_COUNT = 1, ENCODER_4X = 2, ENCODER_SAMPLING = 6 };
 enum { AXIS_BUFFERED = 0x01, AXIS_MODE = 0x0D, AXIS_SOFT_LIMITS = 0x20 };
+enum { INTERNAL_AXES = 3, INTERNAL_SPEED = 25000 };
 enum { EXTERNAL_FIRST = 92, THREADING_ENCODER = 1 };
 
 static void judge_encoder(const struct judged *j, uint32_t index)
@@ -32,7 +35,7 @@ static void judge_axis(const struct judged *j, uint32_t index)
 	bool on = axis->options & AXIS_SOFT_LIMITS;
 
 	if (on && (axis->set & both) != both)
-		judge_fault(j, "axis.#.soft-limits", index, "axis.%u.soft-limits = on wants "
+		judge_fault(j, "axis.#.soft-limits", index, "axis.%u.soft-limits = on needs "
 			    "axis.%u.soft-minimum and axis.%u.soft-maximum", index, index, index);
 	else if (on && axis->soft_minimum >= axis->soft_maximum)
 		judge_fault(j, "axis.#.soft-maximum", index, "axis.%u.soft-maximum has to be above "
@@ -49,7 +52,7 @@ static void judge_drive(const struct judged *j, uint32_t index)
 {
 	static const struct {
 		uint32_t bit;
-		const char *key, *wants;
+		const char *key, *needs;
 	} rows[] = {
 		{ POKEYS_AXIS_SET_BACKLASH_WIDTH, "axis.#.backlash-width", "backlash" },
 		{ POKEYS_AXIS_SET_POSTEP_TYPE, "axis.#.postep-type", "postep" },
@@ -60,13 +63,63 @@ static void judge_drive(const struct judged *j, uint32_t index)
 	const struct pokeys_settings *settings = &j->raw->settings;
 
 	for (size_t i = 0; i < sizeof(rows) / sizeof(rows[0]); i++) {
-		bool given = config_is_set(j->lines, rows[i].wants, 0);
+		bool given = config_is_set(j->lines, rows[i].needs, 0);
 
 		if (settings->axis[index].set & rows[i].bit && !given)
 			judge_fault(j, rows[i].key, index,
-				    "axis.%u%s wants %s = on (or off, if that "
-				    "is meant)", index, rows[i].key + 6, rows[i].wants);
+				    "axis.%u%s needs %s = on (or off, if that "
+				    "is meant)", index, rows[i].key + 6, rows[i].needs);
 	}
+}
+
+/*
+ * A switch that is not on is not looked at. No fault: it may be on in the device's flash memory,
+ * which the daemon leaves as it is.
+ */
+static void note_switch(const struct judged *j, uint32_t index, const char *name)
+{
+	static const char *const details[] = { "pin", "invert", "filter" };
+	char key[40], on[40];
+
+	snprintf(on, sizeof(on), "axis.#.%s", name);
+	for (size_t i = 0; i < sizeof(details) / sizeof(details[0]); i++) {
+		snprintf(key, sizeof(key), "axis.#.%s-%s", name, details[i]);
+		if (!config_is_set(j->lines, key, index) || config_is_set(j->lines, on, index))
+			continue;
+		config_note(j->file, config_line_of(j->lines, key, index),
+			    "[device %s]: axis.%u.%s-%s: the switch is used only with "
+			    "axis.%u.%s = on, which is not given (off, if that is meant)",
+			    j->raw->name, index, name, details[i], index, name);
+		return;
+	}
+}
+
+static void note_switches(const struct judged *j, uint32_t index)
+{
+	if (!j->file->here)
+		return;
+	note_switch(j, index, "limit-minus");
+	note_switch(j, index, "limit-plus");
+	note_switch(j, index, "home");
+}
+
+/* Source of the limits: the vendor's data sheet; see the help of the key. */
+static void judge_generator(const struct judged *j)
+{
+	const struct pokeys_settings *settings = &j->raw->settings;
+
+	if (!(settings->set & POKEYS_SET_GENERATOR) ||
+	    (settings->generator & WIRE_GENERATOR_TYPE) != WIRE_GENERATOR_INTERNAL)
+		return;
+	if (settings->set & POKEYS_SET_AXES && settings->axes > INTERNAL_AXES)
+		judge_fault(j, "axes", 0, "axes = %u: generator = internal has %u",
+			    settings->axes, INTERNAL_AXES);
+	for (uint32_t i = 0; i < INTERNAL_AXES; i++)
+		if (settings->axis[i].set & POKEYS_AXIS_SET_MAX_SPEED &&
+		    settings->axis[i].max_speed > INTERNAL_SPEED)
+			judge_fault(j, "axis.#.max-speed", i, "axis.%u.max-speed = %g is above the "
+				    "%u pulses/s of generator = internal", i,
+				    (double)settings->axis[i].max_speed, INTERNAL_SPEED);
 }
 
 /* They follow the slots of the motion buffer, which only an axis in that mode has. */
@@ -113,7 +166,7 @@ static void judge_threading(const struct judged *j)
 		given = config_is_set(j->lines, keys[i], 0) ? keys[i] : given;
 	for (size_t i = 0; i < wanted; i++) {
 		if (!config_is_set(j->lines, keys[i], 0)) {
-			judge_fault(j, given, 0, "%s wants %s as well", given, keys[i]);
+			judge_fault(j, given, 0, "%s needs %s as well", given, keys[i]);
 			return;
 		}
 	}
@@ -147,7 +200,7 @@ static void judge_failsafe(const struct judged *j)
 	if (!j->raw->failsafe) {
 		if (settings->set & POKEYS_SET_FAILSAFE)
 			judge_fault(j, "failsafe", 0, "failsafe = off leaves the device's own; the "
-				    "failsafe keys want it on (failsafe-timeout-ms = off switches "
+				    "failsafe keys need it on (failsafe-timeout-ms = off switches "
 				    "the device's off)");
 		return;
 	}
@@ -166,10 +219,10 @@ static void judge_matrix(const struct judged *j)
 		return;
 	if (settings->matrix_enable || settings->matrix_rows || settings->matrix_columns) {
 		judge_fault(j, "matrix-keyboard", 0, "matrix-keyboard = on, matrix-rows and "
-			    "matrix-columns want each other");
+			    "matrix-columns need each other");
 		return;
 	}
-	/* off: the device wants some shape of it all the same */
+	/* off: the device needs some shape of it all the same */
 	settings->matrix_rows = 1;
 	settings->matrix_columns = 1;
 }
@@ -182,9 +235,11 @@ void judge_settings(const struct judged *j)
 	for (uint32_t i = 0; i < POKEYS_AXES; i++) {
 		judge_axis(j, i);
 		judge_drive(j, i);
+		note_switches(j, i);
 	}
 	judge_axes(j);
 	judge_synced(j);
+	judge_generator(j);
 	judge_axis_count(j);
 	judge_failsafe(j);
 	judge_heaters_of(j);

@@ -207,10 +207,10 @@ static void values_that_are_wrong_together_are_a_fault(void **state)
 		     "f:3: [device a]: axis.1.backlash-acceleration: \"256000000\" is out of "
 		     "range; allowed: leave | 0..255000000 pulses/s^2");
 	assert_fault(GOOD "axis.1.backlash-width = 12\n",
-		     "f:3: [device a]: axis.1.backlash-width wants backlash = on (or off, if that "
+		     "f:3: [device a]: axis.1.backlash-width needs backlash = on (or off, if that "
 		     "is meant)");
 	assert_fault(GOOD "axis.7.postep-microsteps = 16\n",
-		     "f:3: [device a]: axis.7.postep-microsteps wants postep = on (or off, if that "
+		     "f:3: [device a]: axis.7.postep-microsteps needs postep = on (or off, if that "
 		     "is meant)");
 	assert_fault(GOOD "postep = on\naxis.7.postep-microsteps = 12\n",
 		     "f:4: [device a]: axis.7.postep-microsteps: \"12\" is not allowed; allowed: "
@@ -227,19 +227,33 @@ static void values_that_are_wrong_together_are_a_fault(void **state)
 		     "f:3: [device a]: threading-mode: \"turns\" is not allowed; allowed: leave | "
 		     "index | encoder | fast-index | fast-encoder");
 	assert_fault(GOOD "threading-mode = index\nthreading-rpm = 600\nthreading-speed-gain = 5\n",
-		     "f:5: [device a]: threading-speed-gain wants threading-position-gain as well");
+		     "f:5: [device a]: threading-speed-gain needs threading-position-gain as well");
 	assert_fault(GOOD "threading-mode = encoder\nthreading-rpm = 600\nthreading-speed-gain = "
 			  "5\n"
 		     "threading-position-gain = 6\n",
-		     "f:6: [device a]: threading-position-gain wants threading-ticks as well");
+		     "f:6: [device a]: threading-position-gain needs threading-ticks as well");
 	assert_fault(GOOD "threading-ignore-axes = 4\n",
-		     "f:3: [device a]: threading-ignore-axes wants threading-mode as well");
+		     "f:3: [device a]: threading-ignore-axes needs threading-mode as well");
 	assert_fault(GOOD "axis.1.soft-limits = on\naxis.1.soft-minimum = 4\n",
-		     "f:3: [device a]: axis.1.soft-limits = on wants axis.1.soft-minimum and "
+		     "f:3: [device a]: axis.1.soft-limits = on needs axis.1.soft-minimum and "
 		     "axis.1.soft-maximum");
 	assert_fault(GOOD "axis.1.soft-limits = on\naxis.1.soft-minimum = "
 		     "4\naxis.1.soft-maximum=4\n",
 		     "f:5: [device a]: axis.1.soft-maximum has to be above axis.1.soft-minimum");
+}
+
+static void the_internal_generator_has_three_slow_axes(void **state)
+{
+	(void)state;
+	assert_fault(GOOD "generator = internal\naxes = 4\n",
+		     "f:4: [device a]: axes = 4: generator = internal has 3");
+	assert_fault(GOOD "axis.2.max-speed = 25001\ngenerator = internal\n",
+		     "f:3: [device a]: axis.2.max-speed = 25001 is above the 25000 pulses/s of "
+		     "generator = internal");
+	assert_int_equal(parse(GOOD "axes = 3\naxis.2.max-speed = 25000\n"
+			       "generator = internal\n"), 0);
+	assert_int_equal(parse(GOOD "axes = 8\naxis.7.max-speed = 125000\n"
+			       "generator = external\n"), 0);
 }
 
 static void two_sections_for_one_device_are_a_fault(void **state)
@@ -335,6 +349,21 @@ static void check_tells_what_is_not_on_this_machine_with_its_line(void **state)
 	assert_non_null(strstr(heard.line[2], ":4: [daemon]: cpu: \"1023\" is not on this"));
 }
 
+static void check_notes_a_switch_that_is_not_used(void **state)
+{
+	(void)state;
+	assert_int_equal(check_here(GOOD "axis.0.home-pin = 5\naxis.0.home-invert = on\n"
+				    "axis.1.limit-plus-filter = 3\n"), 0);
+	assert_int_equal(heard.count, 2);
+	assert_non_null(strstr(heard.line[0], ":3: [device a]: axis.0.home-pin: the switch is used "
+			       "only with axis.0.home = on, which is not given (off, if that is "
+			       "meant)"));
+	assert_non_null(strstr(heard.line[1], ":5: [device a]: axis.1.limit-plus-filter: the "));
+	assert_int_equal(check_here(GOOD "axis.0.home-pin = 5\naxis.0.home = off\n"
+				    "axis.1.limit-plus-pin = 3\naxis.1.limit-plus = on\n"), 0);
+	assert_int_equal(heard.count, 0);
+}
+
 /* The daemon would take none of these. */
 static void check_tells_of_a_number_that_is_no_groups(void **state)
 {
@@ -414,6 +443,7 @@ int main(void)
 		cmocka_unit_test(all_faults_are_told_at_once),
 		cmocka_unit_test(a_file_of_faults_is_cut_short),
 		cmocka_unit_test(values_that_are_wrong_together_are_a_fault),
+		cmocka_unit_test(the_internal_generator_has_three_slow_axes),
 		cmocka_unit_test(two_sections_for_one_device_are_a_fault),
 		cmocka_unit_test(sixty_four_devices_are_allowed_and_no_more),
 		cmocka_unit_test(nothing_is_accepted_from_a_file_with_a_fault),
@@ -421,6 +451,7 @@ int main(void)
 		cmocka_unit_test(a_safe_value_of_what_is_no_output_is_a_fault),
 		cmocka_unit_test(one_mistake_is_told_once),
 		cmocka_unit_test(check_tells_what_is_not_on_this_machine_with_its_line),
+		cmocka_unit_test(check_notes_a_switch_that_is_not_used),
 		cmocka_unit_test(check_tells_of_a_number_that_is_no_groups),
 		cmocka_unit_test(a_file_that_cannot_be_read_is_one_clear_line),
 		cmocka_unit_test(a_fifo_is_refused_without_waiting),

@@ -157,7 +157,7 @@ static void settings_that_say_a_part_are_completed(void **state)
 	assert_true(settings->axis[0].max_deceleration > 499);
 	assert_int_equal(settings->matrix_rows, 1);
 	assert_fault(GOOD "matrix-keyboard = on\nmatrix-rows = 1-4\n",
-		     "f:3: [device a]: matrix-keyboard = on, matrix-rows and matrix-columns want "
+		     "f:3: [device a]: matrix-keyboard = on, matrix-rows and matrix-columns need "
 		     "each other");
 }
 
