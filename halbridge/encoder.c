@@ -20,14 +20,16 @@
  * A device cannot be disarmed: if the wish is withdrawn, the pulse still zeroes
  * its count, and then the position is carried over the jump.
  *
- * A device that is restarted counts from 0. LinuxCNC jogs by the count of a hand wheel and
- * would take that for turns of it, so the count goes on from where it was, and count-lost
- * says that nobody knows what was turned meanwhile.
+ * A device that is restarted counts from 0, and a wheel may be turned while its cable is out.
+ * LinuxCNC jogs by the count of a hand wheel and would move the machine when the device is back, so
+ * the count goes on from where it was, and count-lost says that nobody knows what was turned
+ * meanwhile.
  */
 #include "halbridge/encoder.h"
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
+#include "halbridge/link.h"
 
 #define RETRY_NS	UINT64_C(100000000)	/* a refused arming is tried again after */
 
@@ -42,7 +44,7 @@ static void restart_at(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 	encoder->raw = raw;
 	encoder->total = raw;
 	encoder->t_ns = t_ns;
-	encoder->rests = encoder->anew = false;
+	encoder->rests = encoder->anew = encoder->silent = false;
 	velocity_rebase(&encoder->velocity, raw, t_ns);
 }
 
@@ -73,17 +75,23 @@ static void take_set(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 }
 
 /* Wherever it has turned to meanwhile, that is no motion of which anybody knows. */
-static void take_anew(struct encoder *encoder, int32_t raw, uint64_t t_ns)
+static void stay(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 {
 	const int64_t total = encoder->total;
 
 	restart_at(encoder, raw, t_ns);
-	if (!encoder->keep) {
-		encoder->zero = 0;
-		return;
-	}
 	encoder->total = total;
 	velocity_rebase(&encoder->velocity, total, t_ns);
+}
+
+static void take_anew(struct encoder *encoder, int32_t raw, uint64_t t_ns)
+{
+	if (encoder->keep) {
+		stay(encoder, raw, t_ns);
+		return;
+	}
+	restart_at(encoder, raw, t_ns);
+	encoder->zero = 0;
 }
 
 static void take_sample(struct encoder *encoder, int32_t raw, uint64_t t_ns)
@@ -100,6 +108,12 @@ static void take_sample(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 	}
 	if (encoder->anew) {
 		take_anew(encoder, raw, t_ns);
+		return;
+	}
+	/* a sample of before the silence may still come */
+	if (encoder->silent && t_ns - encoder->t_ns >= LINK_SILENCE_NS) {
+		encoder->lost |= raw != encoder->raw;
+		stay(encoder, raw, t_ns);
 		return;
 	}
 	encoder->total += (int32_t)((uint32_t)raw - (uint32_t)encoder->raw);
@@ -286,4 +300,10 @@ void encoder_restarted(struct encoder *encoder, bool keep)
 		return;		/* there was no count that could be lost */
 	encoder->lost = encoder->anew = true;
 	encoder->keep = keep;
+}
+
+void encoder_silent(struct encoder *encoder)
+{
+	encoder->silent = true;
+	encoder->rests = false;
 }

@@ -163,6 +163,15 @@ static bool counts_anew(struct link *link, const struct pokeys_state *state)
 	return anew && !first;
 }
 
+/* Data are fresh: was that long ago the last time? */
+static bool was_silent(struct link *link, uint64_t now_ns)
+{
+	const bool silent = link->fresh_ns && now_ns - link->fresh_ns >= LINK_SILENCE_NS;
+
+	link->fresh_ns = now_ns;
+	return silent;
+}
+
 struct link_news link_read(struct link *link, struct values *values,
 			   const struct pokeys_state *state, bool refused, uint64_t now_ns,
 			   struct refusals *refusals)
@@ -180,6 +189,7 @@ struct link_news link_read(struct link *link, struct values *values,
 		news.restarted = news.new_daemon && link->epoch;
 		news.fresh = values->daemon_alive && is_fresh(state, age_ns);
 		news.counts_anew = news.fresh && counts_anew(link, state);
+		news.back = news.fresh && was_silent(link, now_ns);
 		error = missed_deadlines(link, values, state, news.new_daemon);
 		link->epoch = state->epoch;
 		fill_link(values, state);

@@ -21,6 +21,7 @@ struct link {
 	uint8_t encoder_epoch;
 	/* from when the newest data are; the first read before any */
 	uint64_t data_ns;
+	uint64_t fresh_ns;		/* when data were fresh at last; 0 = not yet */
 	bool attached;			/* once */
 	int32_t limit, increment, decrement;	/* in use */
 	bool limit_bad, increment_bad, decrement_bad;
@@ -33,7 +34,14 @@ struct link_news {
 	bool restarted;		/* ... and there was one */
 	bool counts_anew;	/* the device's counters may have begun again since the last one
 				 * that was fresh */
+	bool back;		/* fresh again, after a silence of LINK_SILENCE_NS or more */
 };
+
+/*
+ * After such a silence, nobody is at the hand wheel any more who has seen how far the machine has
+ * followed. In half a second, a person turns a wheel by a turn at most.
+ */
+#define LINK_SILENCE_NS	UINT64_C(500000000)
 
 void link_init(struct link *link);
 

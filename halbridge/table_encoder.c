@@ -36,13 +36,13 @@ static const struct table_row rows[] = {
 	     "the device counts it, as basic, fast or ultra-fast encoder"),
 
 	ROWS("encoder.%02u.count-lost", PIN, OUT, READ, encoder, count_lost,
-	     "the device was restarted or replaced: what was turned meanwhile is not known; until "
-	     "reset, set or the index", APART),
+	     "the device was restarted, replaced or silent for 0.5 s: count does not contain what "
+	     "was turned meanwhile; until reset, set or the index", APART),
 	ROW("encoder-count-lost", PIN, OUT, READ, encoder_count_lost,
 	    "count-lost of at least one encoder that is enabled"),
 	ROW("encoder-keep-count", PARAM, RW, READ, encoder_keep_count,
-	    "after a restart of the device, count and position go on from where they were; 0: "
-	    "they jump to the device's new count", PARAMETER(1, 0, 1)),
+	    "after a restart or a silence of the device, count and position go on from where they "
+	    "were; 0: they jump to the device's count", PARAMETER(1, 0, 1)),
 
 	ENCODER("sampling", sampling, 0, 4, "0 off, 1, 2 or 4 counts per line"),
 	ENCODER("pin-a", pin_a, 0, POKEYS_PINS - 1, "pin of channel A, 0 is pin 1"),

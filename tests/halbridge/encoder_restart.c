@@ -72,6 +72,84 @@ static void the_count_of_a_restarted_device_can_be_taken(void **state)
 	assert_int_equal(rig.values.encoder[1].count, 12);
 }
 
+static void be_silent(uint64_t ms)
+{
+	rig.device_silent = true;
+	for (uint64_t i = 0; i < ms; i++)
+		rig_period(&rig);
+	rig.device_silent = false;
+}
+
+/* Its cable is out, and somebody turns the wheel all the same. */
+static void what_is_turned_in_a_silence_turns_no_hand_wheel(void **state)
+{
+	(void)state;
+	rig.daemon.encoder_enabled = UINT32_C(1) << 1;
+	rig.daemon.encoder[1] = 1000;
+	rig_periods(&rig, 2);
+	be_silent(4000);
+	rig_periods(&rig, 20);
+	assert_int_equal(rig.values.encoder[1].count, 1000);
+	assert_false(rig.values.encoder[1].count_lost);		/* nobody has turned it */
+	rig.daemon.encoder[1] = 1001;
+	rig_period(&rig);
+	assert_int_equal(rig.values.encoder[1].count, 1001);
+	be_silent(600);
+	rig.daemon.encoder[1] = 1501;
+	rig_period(&rig);
+	assert_int_equal(rig.values.encoder[1].count, 1001);
+	assert_true(rig.values.encoder[1].velocity == 0);
+	assert_true(rig.values.encoder[1].count_lost && rig.values.encoder_count_lost);
+	rig.daemon.encoder[1] = 1511;
+	rig_periods(&rig, 2);
+	assert_int_equal(rig.values.encoder[1].count, 1011);
+	rig.values.encoder[1].reset = true;
+	rig_period(&rig);
+	assert_false(rig.values.encoder[1].count_lost);
+}
+
+/* A lost packet or two are no silence, and who closes a loop over the count needs all of it. */
+static void a_short_silence_loses_no_count(void **state)
+{
+	(void)state;
+	rig.daemon.encoder[1] = 1000;
+	rig_periods(&rig, 2);
+	be_silent(400);
+	rig.daemon.encoder[1] = 1500;
+	rig_period(&rig);
+	assert_int_equal(rig.values.encoder[1].count, 1500);
+	rig.values.encoder_keep_count = false;
+	be_silent(4000);
+	rig.daemon.encoder[1] = 2500;
+	rig_period(&rig);
+	assert_int_equal(rig.values.encoder[1].count, 2500);
+	assert_false(rig.values.encoder[1].count_lost);
+}
+
+/* The encoders of a slow group may be sampled later than what makes the data fresh. */
+static void a_sample_of_before_the_silence_is_counted(void **state)
+{
+	uint64_t old_ns;
+
+	(void)state;
+	rig.daemon.encoder[1] = 1000;
+	rig_periods(&rig, 2);
+	old_ns = rig.daemon.encoder_t_ns[1];
+	be_silent(600);
+	rig.now_ns += RIG_MS;
+	rig_daemon(&rig);
+	rig.daemon.encoder[1] = 1003;
+	rig.daemon.encoder_t_ns[1] = old_ns + RIG_MS;
+	rig_read(&rig);
+	assert_int_equal(rig.values.encoder[1].count, 1003);
+	rig.daemon.encoder[1] = 1500;
+	rig_period(&rig);
+	assert_int_equal(rig.values.encoder[1].count, 1003);
+	rig.daemon.encoder[1] = 1501;
+	rig_period(&rig);
+	assert_int_equal(rig.values.encoder[1].count, 1004);
+}
+
 /* The sample in the first images of a restarted device may still be the old one. */
 static void an_old_sample_is_not_taken_for_the_new_count(void **state)
 {
@@ -104,18 +182,23 @@ static void an_old_sample_is_not_taken_for_the_new_count(void **state)
 /* It knows nothing of the time before, but the device's clock does. */
 static void another_daemon_is_no_restart_of_the_device(void **state)
 {
-	(void)state;
-	rig.daemon.device_tick_ms = 5000000;
-	rig.daemon.encoder[1] = 1000;
-	rig_period(&rig);
-	rig.daemon.epoch++;
-	rig.daemon.encoder_epoch = 17;
-	rig.now_ns += 3000 * RIG_MS;
-	rig.daemon.device_tick_ms += 3100;
-	rig.daemon.encoder[1] = 1500;
-	rig_period(&rig);
-	assert_int_equal(rig.values.encoder[1].count, 1500);
-	assert_false(rig.values.encoder[1].count_lost);
+	for (int keep = 0; keep < 2; keep++) {
+		const uint64_t without_ms = keep ? 300 : 3000;
+
+		setup(state);
+		rig.values.encoder_keep_count = keep;
+		rig.daemon.device_tick_ms = 5000000;
+		rig.daemon.encoder[1] = 1000;
+		rig_period(&rig);
+		rig.daemon.epoch++;
+		rig.daemon.encoder_epoch = 17;
+		rig.now_ns += without_ms * RIG_MS;
+		rig.daemon.device_tick_ms += (uint32_t)without_ms + 100;
+		rig.daemon.encoder[1] = 1500;
+		rig_period(&rig);
+		assert_int_equal(rig.values.encoder[1].count, 1500);
+		assert_false(rig.values.encoder[1].count_lost);
+	}
 	/* ... and here it was restarted while there was no daemon, or does not tell its clock */
 	for (uint32_t tick = 0; tick < 2; tick++) {
 		rig.daemon.epoch++;
@@ -217,6 +300,9 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(a_restart_of_the_device_turns_no_hand_wheel, setup),
 		cmocka_unit_test_setup(the_count_of_a_restarted_device_can_be_taken, setup),
+		cmocka_unit_test_setup(what_is_turned_in_a_silence_turns_no_hand_wheel, setup),
+		cmocka_unit_test_setup(a_short_silence_loses_no_count, setup),
+		cmocka_unit_test_setup(a_sample_of_before_the_silence_is_counted, setup),
 		cmocka_unit_test_setup(an_old_sample_is_not_taken_for_the_new_count, setup),
 		cmocka_unit_test_setup(another_daemon_is_no_restart_of_the_device, setup),
 		cmocka_unit_test_setup(a_clock_that_is_read_now_and_then_is_known_again, setup),
