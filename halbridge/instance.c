@@ -67,6 +67,14 @@ void instance_read(struct instance *instance)
 	handover_give_back(&instance->reader);
 }
 
+void instance_leave(struct instance *instance)
+{
+	binding_gather(&instance->binding, TABLE_AT_READ);
+	exchange_read(&instance->exchange, instance->binding.values, EXCHANGE_NOTHING,
+		      instance_now());
+	binding_scatter(&instance->binding, TABLE_AT_READ);
+}
+
 void instance_write(struct instance *instance, uint64_t period_ns)
 {
 	const uint64_t now_ns = instance_now();

@@ -61,6 +61,13 @@ int instance_make(struct instance **out, int component, unsigned int number, con
  */
 void instance_end(struct instance *instance);
 
+/*
+ * The pins say that nothing is connected. Signals keep the last value of a component that is
+ * unloaded: without this, LinuxCNC would go on with a device that nobody drives. Nobody may be in
+ * a visit. Realtime, but called at the end only.
+ */
+void instance_leave(struct instance *instance);
+
 /* Newest state to the pins; pins to the command. Realtime, one thread for both. */
 void instance_read(struct instance *instance);
 void instance_write(struct instance *instance, uint64_t period_ns);

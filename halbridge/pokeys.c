@@ -141,6 +141,8 @@ static void loop(size_t count)
 		when = time_of(next);
 		clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &when, NULL);
 	}
+	for (size_t i = 0; i < count; i++)
+		instance_leave(instances[i]);
 }
 
 /* The instances first: they hold HAL's memory, and the last hal_exit() unmaps that. */

@@ -56,6 +56,7 @@ RTAPI_MP_STRING(ini, "INI file whose [POKEYS] is read, as the userspace componen
 #define QUIET_TRIES	50
 
 static int component;
+static bool loaded;			/* all instances are whole */
 static size_t instance_count;
 static struct instance *instances[TABLE_DEVICES];
 static struct monitor monitor;
@@ -125,9 +126,11 @@ static int start(const struct settings *settings)
 		.runtime = settings->runtime, .instances = instances, .count = instance_count,
 	};
 	r = monitor_start(&monitor);
-	return r ? r : hal_ready(component);
+	if (!r)
+		r = hal_ready(component);
+	loaded = !r;
+	return r;
 }
-
 
 /* How often our functs were entered and left so far; odd parts: under way. */
 static uint32_t visits(bool *under_way)
@@ -172,6 +175,8 @@ static void leave_hal(void)
 		hal_stop_threads();
 	for (int i = 0; running && i < QUIET_TRIES && visited_within(QUIET_NS); i++)
 		;
+	for (size_t i = 0; loaded && i < instance_count; i++)
+		instance_leave(instances[i]);
 	hal_exit(component);
 	if (running)
 		hal_start_threads();
@@ -191,6 +196,7 @@ static void end(void)
 	}
 	instance_count = 0;
 	component = 0;
+	loaded = false;
 	devices = NULL;
 	names = NULL;
 	runtime = NULL;

@@ -243,6 +243,10 @@ def every_order_of_starting_works(m):
 def a_silent_device_is_stale_and_comes_back(m):
     hal = m.all()
     hal.set("pin.31.out", 1)
+    hal.set("encoder.05.sampling", 4)
+    hal.becomes("encoder.05.enabled", True)
+    m.sim("encoder 5 count 5000")
+    hal.becomes("encoder.05.count", 5000)
     m.machine_on()
     m.sim_shows("pin 32", "latch", "1")
     m.sim("silence 3600000")
@@ -250,8 +254,16 @@ def a_silent_device_is_stale_and_comes_back(m):
     hal.becomes("daemon-alive", True)
     hal.becomes("packet-error-exceeded", True)
     hal.becomes("link-state", lambda have: have != hal_machine.RUNNING)
+    # a hand wheel is turned while its cable is out
+    hal.becomes("age-us", lambda microseconds: microseconds > 600000)
+    m.sim("encoder 5 count 5500")
     m.sim("silence 0")
     hal.becomes("connected", True)
+    with safety():
+        hal.becomes("encoder-count-lost", True)
+        assert hal.get("encoder.05.count") == 5000, "the hand wheel jumped"
+    m.sim("encoder 5 count 5507")
+    hal.becomes("encoder.05.count", 5007)
     hal.becomes("packet-error-exceeded", False)
     hal.becomes("needs-edge", True)
     hal.becomes("machine-on-permitted", False)
@@ -261,6 +273,35 @@ def a_silent_device_is_stale_and_comes_back(m):
     m.machine_on()
     m.sim_shows("pin 32", "latch", "1")
     m.move(1)
+
+
+def a_slow_period_is_said_and_not_each(m):
+    hal = m.all()
+    hal.set("time-threshold", 0.001)
+    hal.says("in one period, more than time-threshold (0.001 us)")
+    count = hal.get("time-exceeded-count")
+    hal.becomes("time-exceeded-count", lambda have: have > count + 100)
+    assert hal.said().count("more than time-threshold") == 1, hal.said()
+    hal.set("time-threshold", 200)
+
+
+def an_unloaded_component_says_so(m):
+    """Signals keep the last value: LinuxCNC would go on, with a device that nobody drives."""
+    hal = m.all()
+    hal.set("pin.31.out", 1)
+    m.machine_on()
+    m.sim_shows("pin 32", "latch", "1")
+    for name, signal in (("stale", "old"), ("connected", "there"), ("machine-on-permitted", "may")):
+        hal.ok(f"halcmd net {signal} pokeys.0.{name}")
+    hal.set("joint.00.pos-cmd", 100000)
+    hal_live.wait("the axis moves", lambda: float(m.sim("axis 0")["speed"]) != 0)
+    assert [hal.ok(f"halcmd gets {signal}") for signal in ("old", "there", "may")] == ["FALSE", "TRUE", "TRUE"]
+    hal.ok("halcmd unloadrt pokeys_shm")
+    said = [hal.ok(f"halcmd gets {signal}") for signal in ("old", "there", "may")]
+    with safety():
+        assert said == ["TRUE", "FALSE", "FALSE"], f"LinuxCNC still sees {said}"
+        hal_live.wait("the axis stands", lambda: float(m.sim("axis 0")["speed"]) == 0)
+        m.sim_shows("pin 32", "latch", "0")
 
 
 TESTS = [
@@ -275,6 +316,8 @@ TESTS = [
     a_rebooted_device_comes_back,
     every_order_of_starting_works,
     a_silent_device_is_stale_and_comes_back,
+    a_slow_period_is_said_and_not_each,
+    an_unloaded_component_says_so,
 ]
 
 
