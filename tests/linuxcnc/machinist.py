@@ -346,16 +346,46 @@ def a_restart_is_never_a_position(m):
 
 def a_driver_error_unhomes(m):
     """Its motor has no current, whatever LinuxCNC's version does about that."""
+    m.said.clear()
+    m.mdi("G53 G1 X60 F600")
+    m.until("X moving", lambda _: float(m.sim("axis 0")["speed"]) != 0)
     m.sim("driver-error 0 1")
     with safety():
         m.until("LinuxCNC stopped", lambda s: s.task_state == linuxcnc.STATE_ESTOP)
         m.until("no joint homed", lambda s: not any(s.homed[j] for j in m.joints))
+        m.until("the cause", lambda _: any("the driver of X has an error" in text for text in m.said))
     m.sim("driver-error 0 0")
     m.until("the error gone", lambda _: not hal.get_value("pokeys.0.joint.00.error"))
     m.switch_on()
     assert not any(m.look().homed[j] for j in m.joints), "positions are trusted after a driver's error"
     m.home()
     m.tell("a driver's error: stopped and unhomed, homed again")
+
+
+def a_limit_switch_unhomes(m):
+    """It stops moving axes without a ramp: their motors may have lost steps."""
+    m.move("G53 G0 X20 Y20 Z-5 A10")
+    m.said.clear()
+    m.sim(f"switch 0 plus {m.pulses()[1][0] + 4000} 2000000")
+    m.mdi("G53 G1 X60 F1200")
+    with safety():
+        m.until("LinuxCNC stopped", lambda s: s.task_state != linuxcnc.STATE_ON)
+        m.until("no joint homed", lambda s: not any(s.homed[j] for j in m.joints))
+        m.until("X standing", lambda _: float(m.sim("axis 0")["speed"]) == 0)
+        m.until("the cause", lambda _: any("limit switch" in text for text in m.said))
+        m.until("what follows of it", lambda _: any("positions are lost" in text for text in m.said))
+    m.sim("switch 0 plus 114000 2000000")
+    m.until("off the switch", lambda _: not hal.get_value("joint.0.pos-lim-sw-in"))
+    m.switch_on()
+    m.home()
+    m.tell(f"a limit switch: the operator sees {[text.strip() for text in m.said]}, homed again")
+
+
+def the_operator_unhomes(m):
+    """The emergency stop of LinuxCNC's own screen ends in the same state as every other."""
+    m.command.state(linuxcnc.STATE_ESTOP)
+    with safety():
+        m.until("no joint homed", lambda s: not any(s.homed[j] for j in m.joints))
 
 
 def a_bouncing_probe_touches_once(m):
@@ -383,6 +413,8 @@ def first_cut(m):
     cable_out_stops_for_good(m)
     a_restart_is_never_a_position(m)
     a_driver_error_unhomes(m)
+    a_limit_switch_unhomes(m)
+    the_operator_unhomes(m)
 
 
 def lossy_cut(m):
