@@ -40,7 +40,8 @@ static const struct table_row rows[] = {
 	    "lose no steps in such a stop", PARAMETER(1, 0, 1)),
 	STATUS("engine.slot-us", engine.slot_us, "time of a slot, microseconds"),
 	ROW("engine.limit-override", PIN, IN, WRITE, engine.limit_override,
-	    "axes may leave their limit switches"),
+	    "axes may leave their limit switches; the device has one override for all axes, so no "
+	    "limit switch stops any of them"),
 	STATUS("engine.limit-override-active", engine.limit_override_active,
 	       "the override is active in the device"),
 	ROW("engine.clear-fault", PIN, IN, WRITE, engine.clear_fault,

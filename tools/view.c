@@ -50,7 +50,7 @@ static const char *fault_text(uint8_t fault)
 	case POKEYS_FAULT_NO_ADDRESS:
 		return "not found in the network; run \"pokeysctl discover\" to see why";
 	case POKEYS_FAULT_NO_ANSWER:
-		return "no answer; check power, cable and address";
+		return "no answer; check power and cable, then run \"sudo pokeysctl discover\"";
 	case POKEYS_FAULT_WRONG_SERIAL:
 		return "wrong serial number; \"pokeysctl events\" says which one answers";
 	case POKEYS_FAULT_LOCKED:

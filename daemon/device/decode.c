@@ -275,6 +275,17 @@ bool decode_status(struct device *device, const mailbox_entry_t *entry)
 	return true;
 }
 
+/* The device has one for all axes: it cannot be narrowed to those that stand on a switch. */
+static void take_override(struct device *device, uint8_t override)
+{
+	struct pokeys_engine *engine = &device->image.engine;
+
+	if (!engine->limit_override != !override)
+		device_say(device, EVENT_LIMIT_OVERRIDE, override ? EVENT_NOTICE : EVENT_INFO,
+			   override != 0, 0, 0);
+	engine->limit_override = override;
+}
+
 bool decode_engine(struct device *device, const struct wire_pulse_status_rep *from,
 		   uint64_t asked_ns, uint64_t came_ns)
 {
@@ -285,7 +296,7 @@ bool decode_engine(struct device *device, const struct wire_pulse_status_rep *fr
 	take_engine_state(device, status.engine_state);
 	engine->axes_enabled = status.axes_enabled;
 	engine->activated = status.activated;
-	engine->limit_override = status.limit_override;
+	take_override(device, status.limit_override);
 	engine->charge_pump = status.charge_pump;
 	engine->generator = status.generator;
 	engine->misc_inputs = status.misc_inputs;

@@ -108,6 +108,7 @@ enum event_code {
 				 * pokeys_servo_tune_reason */
 	EVENT_TERMINALS_ABSENT,	/* a = terminals, bit = terminal - 1; b = the WIRE_PIN_ function
 				 * that they are wanted for, and that this board lacks there */
+	EVENT_LIMIT_OVERRIDE,	/* a = 1 limit switches stop no axis, 0 they do again */
 	/* records are read by the numbers: new ones come last */
 	EVENT_CODES
 };

@@ -61,6 +61,7 @@ static const char *const kind_names[EVENT_CODES] = {
 	[EVENT_MOVES] = "moves",
 	[EVENT_SERVO_TUNED] = "servo-tuned",
 	[EVENT_TERMINALS_ABSENT] = "terminals-absent",
+	[EVENT_LIMIT_OVERRIDE] = "limit-override",
 };
 
 const char *event_kind_name(uint32_t code)
@@ -85,7 +86,8 @@ static const char *const fault_texts[] = {
 	[POKEYS_FAULT_NONE] = "",
 	[POKEYS_FAULT_NO_ADDRESS] = ": not found in the network; compare its serial number with "
 				    "pokeysctl discover",
-	[POKEYS_FAULT_NO_ANSWER] = ": it does not answer; check power, cable and address",
+	[POKEYS_FAULT_NO_ANSWER] = ": it does not answer; check power, cable and address, "
+				   "and whether sudo pokeysctl discover finds it",
 	[POKEYS_FAULT_WRONG_SERIAL] = ": another device answers at its address",
 	[POKEYS_FAULT_UNSUPPORTED] = ": a device type that this driver does not know",
 	[POKEYS_FAULT_CONFIG_REFUSED] = ": the device refused a setting",

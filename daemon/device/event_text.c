@@ -310,6 +310,12 @@ static void put_machine(struct line *line, const struct event *e)
 	put(line, e->a ? "motion is permitted" : "motion is no longer permitted");
 }
 
+static void put_override(struct line *line, const struct event *e)
+{
+	put(line, e->a ? "limit override: no limit switch stops an axis, also of axes that stand "
+			 "on none" : "limit override is over: limit switches stop the axes again");
+}
+
 static void put_task(struct line *line, const struct event *e)
 {
 	put(line, "%s", event_task_name(e->a));
@@ -545,6 +551,7 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_MOVES] = event_put_moves,
 	[EVENT_SERVO_TUNED] = event_put_servo_tuned,
 	[EVENT_TERMINALS_ABSENT] = put_absent,
+	[EVENT_LIMIT_OVERRIDE] = put_override,
 };
 
 size_t event_format(const struct event *event, const char *device, char *text, size_t size)

@@ -57,6 +57,8 @@ static void tell_absent(struct device *device, const struct pokeys_settings *wan
 	};
 	const uint64_t set = pins_load(wanted->pin_set) & OUTPUT_PINS;
 
+	if (!board->digital_in)
+		return;		/* nobody knows what its terminals can do */
 	for (unsigned int k = 0; k < SHARED_FUNCTIONS; k++) {
 		const uint64_t told = device->shared.absent[k];
 		uint64_t absent = 0;

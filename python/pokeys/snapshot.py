@@ -30,7 +30,7 @@ JUDGED = {
 # what to do, where the word alone does not say it
 _ADVICE = {
     1: 'not found in the network; run "pokeysctl discover" to see why',
-    2: "no answer; check power, cable and address",
+    2: 'no answer; check power and cable, then run "sudo pokeysctl discover"',
     3: 'wrong serial number; "pokeysctl events" says which one answers',
     6: "configuration locked; see password-file in pokeysd.conf(5)",
     9: 'driven by another pokeysd or section; "pokeysctl events" says which',

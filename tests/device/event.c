@@ -149,7 +149,8 @@ static void lines_say_what_where_and_what_to_do(void **state)
 	} rows[] = {
 		{ { .code = EVENT_LINK, .a = POKEYS_LINK_LOST, .b = POKEYS_LINK_RUNNING,
 		    .c = POKEYS_FAULT_NO_ANSWER },
-		  "mill: lost (was running): it does not answer; check power, cable and address" },
+		  "mill: lost (was running): it does not answer; check power, cable and address, "
+		  "and whether sudo pokeysctl discover finds it" },
 		{ { .code = EVENT_LINK, .a = POKEYS_LINK_CONFIGURING,
 		    .b = POKEYS_LINK_CONFIGURING, .c = POKEYS_FAULT_LOCKED },
 		  "mill: still configuring: it is locked" },

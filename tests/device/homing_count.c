@@ -191,10 +191,10 @@ static void a_homing_that_ends_after_the_edge_has_lost_the_count(void **state)
 	assert_int_equal(world.state.engine.axis[1].position_epoch, 0);
 }
 
-/* "config apply" while the machine is on, and nothing is different. */
+/* "config apply" or a reload while the machine is on, and nothing is different. */
 static void settings_that_are_read_again_leave_it_homed(void **state)
 {
-	const struct pokeys_one_shot shot = home(1, POKEYS_HOME_FINISH_ITSELF);
+	const struct pokeys_one_shot shot = home(3, POKEYS_HOME_FINISH_ITSELF);
 	struct sim_device *sim = &world.rig.device;
 
 	(void)state;
@@ -203,16 +203,21 @@ static void settings_that_are_read_again_leave_it_homed(void **state)
 	world_go(&world, 0, 500, 0);
 	world_machine_on(&world);
 	world_run(&world, 500 * MS);
-	assert_int_equal(device_order(world.device, DEVICE_ORDER_APPLY), 0);
-	for (unsigned int i = 0; i < 1000; i++) {
+	for (unsigned int i = 0; i < 2000; i++) {
+		if (i == 0)
+			assert_int_equal(device_order(world.device, DEVICE_ORDER_APPLY), 0);
+		if (i == 1000)		/* the file was read again */
+			device_wanted(world.device, &world.config.settings);
 		world_cycle(&world);
 		assert_int_equal(world.state.engine.axis[0].homed, 1);
+		assert_int_equal(world.state.engine.axis[1].homed, 1);
 	}
 	/* somebody else has turned its direction */
 	sim->config.engine.axis[0][0] ^= WIRE_AXIS_INVERTED;
 	assert_int_equal(device_order(world.device, DEVICE_ORDER_APPLY), 0);
 	world_run(&world, 1 * SECOND);
 	assert_int_equal(world.state.engine.axis[0].homed, 0);
+	assert_int_equal(world.state.engine.axis[1].homed, 1);
 }
 
 static void a_restart_of_the_device_ends_it(void **state)

@@ -233,9 +233,13 @@ static void limit_override_reaches_the_device(void **state)
 	world.command.flags |= POKEYS_COMMAND_LIMIT_OVERRIDE;
 	world_run(&world, 50 * MS);
 	assert_int_equal(world.rig.device.engine.override, 1);
+	assert_int_equal(world.event_count[EVENT_LIMIT_OVERRIDE], 1);
+	assert_int_equal(world.last_event[EVENT_LIMIT_OVERRIDE].a, 1);
 	world.command.flags &= ~(uint32_t)POKEYS_COMMAND_LIMIT_OVERRIDE;
 	world_run(&world, 50 * MS);
 	assert_int_equal(world.rig.device.engine.override, 0);
+	assert_int_equal(world.event_count[EVENT_LIMIT_OVERRIDE], 2);
+	assert_int_equal(world.last_event[EVENT_LIMIT_OVERRIDE].a, 0);
 	world_go(&world, 0, 500, 0);
 	world_run(&world, 300 * MS);
 	assert_int_equal(world_pulses(&world, 0), 500);

@@ -154,9 +154,28 @@ static void what_the_board_lacks_is_told_once(void **state)
 	}
 }
 
+/* Nothing is known of the terminals of these boards. */
+static void a_board_without_a_map_is_not_told_that_it_lacks_all(void **state)
+{
+	static const uint8_t boards[] = { WIRE_HW_OEM, WIRE_HW_X15 };
+
+	(void)state;
+	for (size_t i = 0; i < sizeof(boards); i++) {
+		begin(boards[i]);
+		world_pin(&world, 2, WIRE_PIN_OUTPUT);
+		world_pin(&world, 6, WIRE_PIN_INPUT);
+		world_start(&world);
+		world_commander(&world, 5);
+		settle(&world);
+		assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
+		assert_int_equal(world.event_count[EVENT_TERMINALS_ABSENT], 0);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(a_board_without_a_map_is_not_told_that_it_lacks_all),
 		cmocka_unit_test(what_the_device_has_from_somebody_else_is_told),
 		cmocka_unit_test(what_the_board_lacks_is_told_once),
 		cmocka_unit_test(a_commanders_wish_is_told_when_it_begins),

@@ -79,7 +79,7 @@ def test_what_is_wrong_is_said_in_words():
                      any("limit switch +" in note for note in now.notes))
         house.ask_sim(shop.sim, "silence", 60000)
         shop.becomes("no answer", lambda now: now.level == picture.BAD and now.old and
-                     now.notes == ("no answer; check power, cable and address",))
+                     now.notes == ('no answer; check power and cable, then run "sudo pokeysctl discover"',))
         house.ask_sim(shop.sim, "silence", 0)
         shop.becomes("it runs again", lambda now: now.word.startswith("running"))
         shop.daemon.send_signal(signal.SIGKILL)

@@ -84,7 +84,8 @@ static void old_data_of_a_living_daemon_is_stale(void **state)
 	device->state.fault = POKEYS_FAULT_NO_ANSWER;
 	view_judge(device);
 	assert_int_equal(device->freshness, VIEW_STALE);
-	assert_string_equal(device->why, "no answer; check power, cable and address");
+	assert_string_equal(device->why, "no answer; check power and cable, then run \"sudo "
+			    "pokeysctl discover\"");
 }
 
 /* As HAL and the daemon's own flag have it: the older of what every cycle brings. */
