@@ -158,7 +158,7 @@ async def operates(machine, gateway):
         there = position(0)
         await page.value(f"{CNC}.querySelector('form').requestSubmit()")
         await panel.move(lambda: position(0) > there + 0.5)
-        await panel.says("a programme runs")
+        await panel.says("moving")
         # to stop needs no unlocking
         await panel.click("Lock the buttons")
         stop = button("■ Stop", "document.querySelector('.top')")
