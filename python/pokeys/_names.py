@@ -2798,7 +2798,8 @@ class CommandEngine(Part):
     __slots__ = ()
     limit_override = Switch(
         "engine.limit-override", 1, (417, 0),
-        "axes may leave their limit switches",
+        "axes may leave their limit switches; the device has one override for all axes, so no limit"
+        " switch stops any of them",
         mask=None)
 
 
