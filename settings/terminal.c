@@ -99,6 +99,11 @@ static uint64_t pwm_bit(const struct look *look, uint8_t pwm)
 	return pwm && pwm <= WIRE_MODEL_PWMS ? bit(look->board->pwm_pin[pwm - 1]) : 0;
 }
 
+static uint64_t commanded_pwm(const struct look *look, unsigned int index)
+{
+	return look->daemon->pwm >> index & 1 ? bit(look->board->pwm_pin[index]) : 0;
+}
+
 static uint64_t heater_pwm(const struct look *look, unsigned int index)
 {
 	return index < look->daemon->heaters ? pwm_bit(look, look->daemon->heater[index].pwm) : 0;
@@ -395,6 +400,7 @@ static const struct source {
 	{ "heater.#.fan-pin", TERMINAL_LOOP, POKEYS_HEATERS, heater_fan },
 	{ "heater.#.fan-pwm", TERMINAL_DRIVEN, POKEYS_HEATERS, heater_fan_pwm },
 	{ "servo.#.home-pin", TERMINAL_LISTENER, POKEYS_SERVOS, servo_home },
+	{ "pwm.#.enable", TERMINAL_DRIVEN, WIRE_MODEL_PWMS, commanded_pwm },
 };
 
 enum { OWNERS_MAX = 160, SOURCES = sizeof(sources) / sizeof(sources[0]) };

@@ -42,6 +42,7 @@ struct terminal_owner {
 /* Keys of pokeysd.conf that are no settings of the device; bit = terminal - 1. */
 struct terminal_daemon {
 	uint64_t safe_on, safe_hold, resume;
+	uint32_t pwm;			/* channels that a commander enables */
 	uint8_t heaters;
 	struct {
 		uint64_t sensor, output, fan;

@@ -250,7 +250,8 @@ static const char *const fault_names[COMMAND_FAULTS] = {
 	[COMMAND_FAULT_POEXTBUS] = "PoExtBus has ten bytes, commanded is byte",
 	[COMMAND_FAULT_PONET] = "there is no such PoNET module:",
 	[COMMAND_FAULT_KBD48] = "kbd48: lights above 47 or flags that do not exist:",
-	[COMMAND_FAULT_PWM_LOOP] = "a heater or servo of pokeysd.conf has this PWM channel:",
+	[COMMAND_FAULT_PWM_LOOP] = "a heater or servo of pokeysd.conf has this PWM channel or its "
+				   "terminal:",
 	[COMMAND_FAULT_PWM_PERIOD] = "heaters and servos of pokeysd.conf need its pwm-period, "
 				     "commanded is",
 	[COMMAND_FAULT_HEATER] = "pokeysd.conf has no such heater:",

@@ -194,6 +194,7 @@ static void begin_session(struct device *device, const struct pokeys_command *co
 	memset(&intake->output, 0, sizeof(intake->output));
 	memset(&intake->heating, 0, sizeof(intake->heating));
 	memset(intake->servoing, 0, sizeof(intake->servoing));
+	device->shared.pwm = 0;
 	device->safe.commanded |= pins_load(command->digital_out_mask) & OUTPUT_PINS;
 	safe_session(device, command->flags & POKEYS_COMMAND_MACHINE_ON,
 		     command->flags & POKEYS_COMMAND_RESUMED);

@@ -74,6 +74,14 @@ static void tell_absent(struct device *device, const struct pokeys_settings *wan
 	}
 }
 
+void shared_pwm(struct device *device, uint32_t channels)
+{
+	if (!(channels & ~device->shared.pwm))
+		return;
+	device->shared.pwm |= channels;
+	device->wishes.changed = true;
+}
+
 void shared_tell(struct device *device, const struct pokeys_report *report)
 {
 	const struct device_config *config = &device->config;
@@ -81,6 +89,7 @@ void shared_tell(struct device *device, const struct pokeys_report *report)
 		.safe_on = pins_load(config->safe_mask) & pins_load(config->safe_outputs),
 		.safe_hold = pins_load(config->safe_hold),
 		.resume = by_name(config),
+		.pwm = device->shared.pwm,
 	};
 	const struct wire_pinmap *board = wire_model(device->image.identity.hardware)->pinmap;
 	const struct shared before = device->shared;

@@ -23,7 +23,11 @@ struct shared {
 	struct shared_pair pair[SHARED_MAX];
 	size_t count;
 	uint64_t absent[SHARED_FUNCTIONS];	/* terminals */
+	uint32_t pwm;			/* channels that a commander has enabled so far */
 };
+
+/* A commander enables these PWM channels: their terminals are judged with the next report. */
+void shared_pwm(struct device *device, uint32_t channels);
 
 /* Settings are settled: log which terminals two of them use, or the board lacks. Between cycles. */
 void shared_tell(struct device *device, const struct pokeys_report *report);

@@ -46,6 +46,7 @@ static void every_pair_that_excludes_itself_is_a_fault(void **state)
 		{ "digital-outputs = 20", "charge-pump = 20", "terminal 20" },
 		{ "digital-outputs = 53", "charge-pump = default", "terminal 53" },
 		{ "digital-outputs = 1,12,15", "fast-encoders = on", "terminals 1 and 15" },
+		{ "digital-outputs = 1,3,12", "fast-encoders = alternative", "terminals 1 and 3" },
 		{ "digital-outputs = 11", "fast-encoders = on\nfast-encoder-index = on",
 		  "terminal 11" },
 		{ "ultra-fast-encoder = on", "digital-outputs = 8,9,12,13,14",

@@ -324,6 +324,26 @@ static void nobody_else_commands_their_outputs(void **state)
 	assert_int_equal(world.rig.device.config.pwm.duty[FAN_PWM], PERIOD / 2);
 }
 
+/* PWM at its terminal would switch a heater on that its loop has switched off. */
+static void nobody_commands_pwm_at_a_heaters_terminal(void **state)
+{
+	enum { CHANNEL = 3, TERMINAL = 21 - CHANNEL };
+
+	(void)state;
+	heat_prepare(state);
+	world.config.heater[BED].output = TERMINAL;
+	world_pin(&world, TERMINAL, WIRE_PIN_OUTPUT);
+	heat_start();
+	world.command.pwm_enable = 1u << CHANNEL | 1u << FAN_PWM;
+	world.command.pwm_duty[CHANNEL] = PERIOD;
+	world.command.pwm_duty[FAN_PWM] = PERIOD / 2;
+	heat_run(200 * MS);
+	assert_int_equal(world.rig.device.config.pwm.enabled >> CHANNEL & 1, 0);
+	assert_int_equal(world.rig.device.config.pwm.duty[FAN_PWM], PERIOD / 2);
+	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].a, COMMAND_FAULT_PWM_LOOP);
+	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].b, CHANNEL);
+}
+
 static void channels_that_nobody_commands_stay_as_they_are(void **state)
 {
 	(void)state;
@@ -392,6 +412,7 @@ int main(void)
 				       heat_begin),
 		cmocka_unit_test_setup(gains_change_while_it_heats, heat_begin),
 		cmocka_unit_test_setup(nobody_else_commands_their_outputs, heat_begin),
+		cmocka_unit_test(nobody_commands_pwm_at_a_heaters_terminal),
 		cmocka_unit_test(channels_that_nobody_commands_stay_as_they_are),
 	};
 

@@ -154,6 +154,26 @@ static void what_the_board_lacks_is_told_once(void **state)
 	}
 }
 
+static void a_commanders_pwm_is_told_when_it_begins(void **state)
+{
+	(void)state;
+	begin(WIRE_HW_57CNC);
+	world_pin(&world, 21, WIRE_PIN_OUTPUT);
+	world_start(&world);
+	world_commander(&world, 5);
+	settle(&world);
+	world.command.pwm_enable = 1u << 1;
+	settle(&world);
+	assert_int_equal(world.event_count[EVENT_TERMINALS_SHARED], 0);
+	for (unsigned int i = 0; i < 3; i++) {
+		world.command.pwm_enable = i % 2 ? 0 : 1;
+		settle(&world);
+		assert_told(1, "mill: terminal 22 is used by digital-outputs and by pwm.0.enable "
+			       "on this board, and can only be used by one of them; remove the "
+			       "other in pokeysd.conf or in HAL");
+	}
+}
+
 /* Nothing is known of the terminals of these boards. */
 static void a_board_without_a_map_is_not_told_that_it_lacks_all(void **state)
 {
@@ -178,6 +198,7 @@ int main(void)
 		cmocka_unit_test(a_board_without_a_map_is_not_told_that_it_lacks_all),
 		cmocka_unit_test(what_the_device_has_from_somebody_else_is_told),
 		cmocka_unit_test(what_the_board_lacks_is_told_once),
+		cmocka_unit_test(a_commanders_pwm_is_told_when_it_begins),
 		cmocka_unit_test(a_commanders_wish_is_told_when_it_begins),
 		cmocka_unit_test(it_is_judged_by_the_board_that_is_there),
 	};
