@@ -95,6 +95,10 @@ static void add_signals(struct terminal *to, const struct wire_pinmap *map, unsi
 {
 	for (unsigned int i = 0; i < WIRE_MODEL_FASTS; i++)
 		add_encoder(to, &map->fast[i], i, "fast-encoders", "fast-encoder-index", n);
+	for (unsigned int i = 0; i < WIRE_MODEL_FASTS; i++)
+		if (memcmp(&map->fast_old[i], &map->fast[i], sizeof(map->fast[i])) != 0)
+			add_encoder(to, &map->fast_old[i], i, "fast-encoders = alternative",
+				    "fast-encoder-index", n);
 	add_encoder(to, &map->ultra, WIRE_ENCODER_ULTRA, "ultra-fast-encoder",
 		    "ultra-fast-encoder", n);
 	for (unsigned int i = 0; i < WIRE_MODEL_INTERNAL_AXES; i++) {
@@ -145,7 +149,8 @@ static void print_table(const struct wire_model *model, const struct wire_labels
 	}
 	if (!labels)
 		return;
-	puts("\nOutputs that are no terminals:\n");
+	puts("\nOutputs that are no terminals (in pokeysd.conf, resume-outputs calls all of them "
+	     "external):\n");
 	for (unsigned int i = 0; i < WIRE_LABEL_OUTPUTS; i++)
 		printf("  %-12s  external.%02u.out\n", labels->output[i], i);
 }

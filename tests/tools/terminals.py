@@ -59,7 +59,8 @@ def page_of(said):
         also = "; ".join(filter(None, (row["label"], row["also"])))
         lines += [f"|  {row['terminal']}", f":  {row['hal']}", f":  {row['can_be']}", f":  {also}"]
     if said["outputs"]:
-        lines += ["", "Outputs that are no terminals:", "", "][ *Output*", ":[ *In HAL*"]
+        lines += ["", "Outputs that are no terminals. In *pokeysd.conf*(5), *resume-outputs* calls all of them",
+                  "_external_:", "", "][ *Output*", ":[ *In HAL*"]
     for row in said["outputs"]:
         lines += [f"|  {row['label']}", f":  {row['hal']}"]
     return "\n".join(lines) + "\n\n"
