@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The example client without the daemon, against the simulator over real UDP:
+"""The example clients without the daemon, against the simulator over real UDP:
 it identifies, reads and reports; packets that are lost are made good; what is
 wrong is said in one line and with a status other than 0.
 
-Called with the simulator and the client."""
+Called with the simulator and the clients."""
 import os
 import random
 import re
@@ -13,7 +13,7 @@ import socket
 import subprocess
 import sys
 
-SIM, CLIENT = sys.argv[1:3]
+SIM, CLIENT, FOUR = sys.argv[1:4]
 ADDRESS = ".".join(["127"] + [str(random.randint(1, 254)) for _ in range(3)])
 
 
@@ -88,6 +88,18 @@ def goes_on_after_256_requests():
         end(sim)
 
 
+def four_functions_are_enough():
+    sim = simulator("--loss", "0.05", "--seed", "9")
+    try:
+        done = subprocess.run([FOUR, ADDRESS], timeout=120, check=False, capture_output=True, text=True)
+        said = re.fullmatch(r"inputs [0-9a-f]{14}, (\d+) answers\n", done.stdout)
+        assert done.returncode == 0 and said and int(said[1]) > 256, done
+    finally:
+        end(sim)
+    done = subprocess.run([FOUR, "machine"], timeout=120, check=False, capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (2, "") and "machine: no IPv4 address" in done.stderr, done
+
+
 def says_what_is_wrong():
     def refused(word, *options):
         status, out, err = client(*options)
@@ -108,7 +120,7 @@ def says_what_is_wrong():
 
 def main():
     for case in (polls_and_reports, makes_losses_good, resends_after_the_timeout_that_it_is_given,
-                 goes_on_after_256_requests, says_what_is_wrong):
+                 goes_on_after_256_requests, four_functions_are_enough, says_what_is_wrong):
         case()
         print(f"{case.__name__}: ok")
     return 0
