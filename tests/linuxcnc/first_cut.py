@@ -194,6 +194,11 @@ WORKS = {
     "restarts_device_homing": ("mill", both(DEVICE_HOMING, first_cut_settings("mill", 0.2)), (), "restarts"),
     "restarts_gantry": ("gantry", first_cut_settings("gantry", 0.2), (), "restarts"),
     "restarts_lathe": ("lathe", first_cut_settings("lathe", 0.2), (), "restarts"),
+    "restarts_printer_bed": ("printer-bed", both(COOL_BED, first_cut_settings("printer-bed", 0.2)), (), "restarts"),
+    "restarts_by_pin_soon": ("mill", both(BY_PIN, first_cut_settings("mill", 0.02)), (), "restarts"),
+    "restarts_device_homing_soon": ("mill", both(DEVICE_HOMING, first_cut_settings("mill", 0.02)), (), "restarts"),
+    "restarts_gantry_soon": ("gantry", first_cut_settings("gantry", 0.02), (), "restarts"),
+    "restarts_lathe_soon": ("lathe", first_cut_settings("lathe", 0.02), (), "restarts"),
 }
 
 

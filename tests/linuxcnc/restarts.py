@@ -8,8 +8,10 @@ import linuxcnc
 from safety import safety
 
 BOOT_MS = (0, 15, 100, 1000)
-PLACE = {"mill": "X80 Y20 Z-5 A10", "gantry": "X80 Y60 Z-5", "lathe": "X-30 Z-42"}
-BACK = {"mill": "X30 Y40 Z-4 A45", "gantry": "X30 Y40 Z-4", "lathe": "X-20 Z-20"}
+PLACE = {"mill": "X80 Y20 Z-5 A10", "gantry": "X80 Y60 Z-5", "lathe": "X-30 Z-42",
+         "printer-bed": "X80 Y60 Z-20"}
+BACK = {"mill": "X30 Y40 Z-4 A45", "gantry": "X30 Y40 Z-4", "lathe": "X-20 Z-20",
+        "printer-bed": "X30 Y40 Z-10"}
 
 
 def arrived(m):
