@@ -44,19 +44,30 @@ static void restart_at(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 	encoder->raw = raw;
 	encoder->total = raw;
 	encoder->t_ns = t_ns;
-	encoder->rests = encoder->anew = encoder->silent = false;
+	encoder->silent_ns = 0;
+	encoder->rests = encoder->anew = false;
 	velocity_rebase(&encoder->velocity, raw, t_ns);
 }
 
-/* Zeroed or set by what nobody waited for: go on from where motion has led since. */
-static void carry_over(struct encoder *encoder, int32_t raw, uint64_t t_ns)
+static void go_on_at(struct encoder *encoder, int64_t total, int32_t raw, uint64_t t_ns)
 {
-	int64_t total = encoder->total +
-			llrint(encoder->velocity.rate * (double)(t_ns - encoder->t_ns) / 1e9);
-
 	restart_at(encoder, raw, t_ns);
 	encoder->total = total;
 	velocity_rebase(&encoder->velocity, total, t_ns);
+}
+
+/*
+ * Zeroed or set by what nobody waited for: go on from where motion has led since. After a silence
+ * nobody knows where that is.
+ */
+static void carry_over(struct encoder *encoder, int32_t raw, uint64_t t_ns)
+{
+	const uint64_t since_ns = t_ns - encoder->t_ns;
+	const bool known = since_ns < LINK_SILENCE_NS;
+	const double moved = known ? encoder->velocity.rate * (double)since_ns / 1e9 : 0;
+
+	encoder->lost |= !known;
+	go_on_at(encoder, encoder->total + llrint(moved), raw, t_ns);
 }
 
 /* The first sample after the counter was set, or may have been. */
@@ -75,19 +86,10 @@ static void take_set(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 }
 
 /* Wherever it has turned to meanwhile, that is no motion of which anybody knows. */
-static void stay(struct encoder *encoder, int32_t raw, uint64_t t_ns)
-{
-	const int64_t total = encoder->total;
-
-	restart_at(encoder, raw, t_ns);
-	encoder->total = total;
-	velocity_rebase(&encoder->velocity, total, t_ns);
-}
-
 static void take_anew(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 {
 	if (encoder->keep) {
-		stay(encoder, raw, t_ns);
+		go_on_at(encoder, encoder->total, raw, t_ns);
 		return;
 	}
 	restart_at(encoder, raw, t_ns);
@@ -110,10 +112,9 @@ static void take_sample(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 		take_anew(encoder, raw, t_ns);
 		return;
 	}
-	/* a sample of before the silence may still come */
-	if (encoder->silent && t_ns - encoder->t_ns >= LINK_SILENCE_NS) {
+	if (encoder->silent_ns && t_ns > encoder->silent_ns) {
 		encoder->lost |= raw != encoder->raw;
-		stay(encoder, raw, t_ns);
+		go_on_at(encoder, encoder->total, raw, t_ns);
 		return;
 	}
 	encoder->total += (int32_t)((uint32_t)raw - (uint32_t)encoder->raw);
@@ -302,8 +303,9 @@ void encoder_restarted(struct encoder *encoder, bool keep)
 	encoder->keep = keep;
 }
 
-void encoder_silent(struct encoder *encoder)
+void encoder_silent(struct encoder *encoder, uint64_t since_ns)
 {
-	encoder->silent = true;
+	/* in the middle: a sample of before the silence may still come */
+	encoder->silent_ns = since_ns + LINK_SILENCE_NS / 2;
 	encoder->rests = false;
 }

@@ -37,9 +37,9 @@ struct encoder {		/* what each period needs stands first */
 	bool stray;		/* armed, but nobody wants it any more */
 	bool anew;		/* the next sample is of a counter that has begun again */
 	bool keep;		/* ... and count and position stay where they are */
-	bool silent;		/* the next sample may be the first one after a silence */
 	bool lost;		/* ... since it was set, reset or zeroed by its index */
 	uint8_t set;		/* enum encoder_set */
+	uint64_t silent_ns;	/* a later sample is the first one after a silence; 0 = was none */
 	uint64_t set_t_ns;	/* of the sample that was there when its outcome came */
 	struct press press;
 	bool rests;		/* it stood at the last sample, and the pins say so */
@@ -171,9 +171,10 @@ bool encoder_set_forget(struct encoder *encoder, uint64_t t_ns);
 void encoder_restarted(struct encoder *encoder, bool keep);
 
 /*
- * The device answers again after a silence of LINK_SILENCE_NS or more. What was turned meanwhile is
- * left out of count and position, as LinuxCNC would jog by it. Realtime.
+ * The device answers again after a silence of LINK_SILENCE_NS or more, which began at since_ns.
+ * What was turned meanwhile is left out of count and position, as LinuxCNC would jog by it.
+ * Realtime.
  */
-void encoder_silent(struct encoder *encoder);
+void encoder_silent(struct encoder *encoder, uint64_t since_ns);
 
 #endif

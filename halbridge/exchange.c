@@ -218,8 +218,8 @@ static void take_news(struct exchange *exchange, struct values *values,
 			encoder_restarted(&exchange->encoder[i], values->encoder_keep_count);
 		else if (news->new_daemon)
 			encoder_index_forget(&exchange->encoder[i]);
-		if (news->back && values->encoder_keep_count)
-			encoder_silent(&exchange->encoder[i]);
+		if (news->silent_ns && values->encoder_keep_count)
+			encoder_silent(&exchange->encoder[i], news->silent_ns);
 	}
 	one_shot_acknowledge(&exchange->queue, exchange->state);
 	buttons_read(&exchange->buttons, values, &exchange->queue, exchange->state);

@@ -52,11 +52,10 @@ static void note_caller(_Atomic uintptr_t *who)
 	atomic_store_explicit(who, (uintptr_t)pthread_self(), memory_order_relaxed);
 }
 
-void instance_read(struct instance *instance)
+static void read_device(struct instance *instance, pokeys_client *client)
 {
 	const uint64_t now_ns = instance_now();
-	pokeys_client *client = handover_take(&instance->reader);
-	enum exchange_got got = get(instance, client);
+	const enum exchange_got got = get(instance, client);
 
 	note_caller(&instance->read_by);
 	legacy_link_look(&instance->link, instance->exchange.legacy.linked);
@@ -64,21 +63,20 @@ void instance_read(struct instance *instance)
 	exchange_read(&instance->exchange, instance->binding.values, got, now_ns);
 	binding_scatter(&instance->binding, TABLE_AT_READ);
 	timing_read(&instance->timing, instance->binding.values, instance_now() - now_ns);
+}
+
+void instance_read(struct instance *instance)
+{
+	pokeys_client *client = handover_take(&instance->reader);
+
+	if (!atomic_load(&instance->closed))
+		read_device(instance, client);
 	handover_give_back(&instance->reader);
 }
 
-void instance_leave(struct instance *instance)
-{
-	binding_gather(&instance->binding, TABLE_AT_READ);
-	exchange_read(&instance->exchange, instance->binding.values, EXCHANGE_NOTHING,
-		      instance_now());
-	binding_scatter(&instance->binding, TABLE_AT_READ);
-}
-
-void instance_write(struct instance *instance, uint64_t period_ns)
+static void write_device(struct instance *instance, pokeys_client *client, uint64_t period_ns)
 {
 	const uint64_t now_ns = instance_now();
-	pokeys_client *client = handover_take(&instance->writer);
 
 	note_caller(&instance->write_by);
 	binding_gather(&instance->binding, TABLE_AT_WRITE);
@@ -89,7 +87,28 @@ void instance_write(struct instance *instance, uint64_t period_ns)
 	if (instance->binding.values->read_missing)
 		binding_scatter(&instance->binding, TABLE_AT_READ);
 	timing_write(&instance->timing, instance->binding.values, instance_now() - now_ns);
+}
+
+void instance_write(struct instance *instance, uint64_t period_ns)
+{
+	pokeys_client *client = handover_take(&instance->writer);
+
+	if (!atomic_load(&instance->closed))
+		write_device(instance, client, period_ns);
 	handover_give_back(&instance->writer);
+}
+
+void instance_close(struct instance *instance)
+{
+	atomic_store(&instance->closed, true);
+}
+
+void instance_leave(struct instance *instance)
+{
+	binding_gather(&instance->binding, TABLE_AT_READ);
+	exchange_read(&instance->exchange, instance->binding.values, EXCHANGE_NOTHING,
+		      instance_now());
+	binding_scatter(&instance->binding, TABLE_AT_READ);
 }
 
 static hal_type_t hal_type(const struct table_row *row)

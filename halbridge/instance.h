@@ -35,6 +35,7 @@ struct instance {
 	struct handover reader, writer;
 	_Atomic uintptr_t read_by, write_by;	/* threads; 0 = not yet */
 	_Atomic bool refused;			/* the monitor's word, when nothing can be read */
+	_Atomic bool closed;			/* no visits any more */
 	pokeys_client *client;			/* the monitor's, and of who starts and ends */
 	struct values *values;			/* in HAL's memory, as the pointers to the pins */
 	void **pointers;
@@ -61,10 +62,13 @@ int instance_make(struct instance **out, int component, unsigned int number, con
  */
 void instance_end(struct instance *instance);
 
+/* From now on, the two below do nothing. Who is in a visit ends it. */
+void instance_close(struct instance *instance);
+
 /*
  * The pins say that nothing is connected. Signals keep the last value of a component that is
- * unloaded: without this, LinuxCNC would go on with a device that nobody drives. Nobody may be in
- * a visit. Realtime, but called at the end only.
+ * unloaded: without this, LinuxCNC would go on with a device that nobody drives. Closed before, and
+ * nobody is in a visit. Cold.
  */
 void instance_leave(struct instance *instance);
 

@@ -163,13 +163,14 @@ static bool counts_anew(struct link *link, const struct pokeys_state *state)
 	return anew && !first;
 }
 
-/* Data are fresh: was that long ago the last time? */
-static bool was_silent(struct link *link, uint64_t now_ns)
+/* Data of this time are fresh. They may have grown old before they were stale. */
+static uint64_t silent_since(struct link *link, uint64_t data_ns)
 {
-	const bool silent = link->fresh_ns && now_ns - link->fresh_ns >= LINK_SILENCE_NS;
+	const uint64_t before_ns = link->fresh_ns;
 
-	link->fresh_ns = now_ns;
-	return silent;
+	link->fresh_ns = data_ns;
+	return before_ns && data_ns > before_ns && data_ns - before_ns >= LINK_SILENCE_NS ?
+	       before_ns : 0;
 }
 
 struct link_news link_read(struct link *link, struct values *values,
@@ -189,7 +190,8 @@ struct link_news link_read(struct link *link, struct values *values,
 		news.restarted = news.new_daemon && link->epoch;
 		news.fresh = values->daemon_alive && is_fresh(state, age_ns);
 		news.counts_anew = news.fresh && counts_anew(link, state);
-		news.back = news.fresh && was_silent(link, now_ns);
+		if (news.fresh)
+			news.silent_ns = silent_since(link, now_ns - age_ns);
 		error = missed_deadlines(link, values, state, news.new_daemon);
 		link->epoch = state->epoch;
 		fill_link(values, state);

@@ -21,7 +21,7 @@ struct link {
 	uint8_t encoder_epoch;
 	/* from when the newest data are; the first read before any */
 	uint64_t data_ns;
-	uint64_t fresh_ns;		/* when data were fresh at last; 0 = not yet */
+	uint64_t fresh_ns;		/* from when the last fresh data are; 0 = none yet */
 	bool attached;			/* once */
 	int32_t limit, increment, decrement;	/* in use */
 	bool limit_bad, increment_bad, decrement_bad;
@@ -34,7 +34,8 @@ struct link_news {
 	bool restarted;		/* ... and there was one */
 	bool counts_anew;	/* the device's counters may have begun again since the last one
 				 * that was fresh */
-	bool back;		/* fresh again, after a silence of LINK_SILENCE_NS or more */
+	uint64_t silent_ns;	/* fresh again, after a silence of LINK_SILENCE_NS or more that
+				 * began then; 0 = no */
 };
 
 /*

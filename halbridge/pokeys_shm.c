@@ -173,7 +173,10 @@ static void leave_hal(void)
 
 	if (running)
 		hal_stop_threads();
-	for (int i = 0; running && i < QUIET_TRIES && visited_within(QUIET_NS); i++)
+	for (size_t i = 0; loaded && i < instance_count; i++)
+		instance_close(instances[i]);
+	/* a slow thread still visits, but does nothing then */
+	for (int i = 0; i < QUIET_TRIES && visited_within(QUIET_NS); i++)
 		;
 	for (size_t i = 0; loaded && i < instance_count; i++)
 		instance_leave(instances[i]);

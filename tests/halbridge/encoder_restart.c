@@ -108,6 +108,48 @@ static void what_is_turned_in_a_silence_turns_no_hand_wheel(void **state)
 	assert_false(rig.values.encoder[1].count_lost);
 }
 
+/* Data count as fresh for two seconds here, and nothing of it is stale. */
+static void a_silence_that_nobody_calls_stale_turns_none_either(void **state)
+{
+	(void)state;
+	rig.daemon.stale_after_ns = 2000 * RIG_MS;
+	rig.daemon.encoder[1] = 1000;
+	rig_periods(&rig, 2);
+	be_silent(1500);
+	assert_false(rig.values.stale);
+	rig.daemon.encoder[1] = 1500;
+	rig_period(&rig);
+	assert_int_equal(rig.values.encoder[1].count, 1000);
+	assert_true(rig.values.encoder[1].count_lost);
+	/* once is enough: no sample that comes late is taken for another silence */
+	rig.daemon.encoder[1] = 1501;
+	rig_period(&rig);
+	assert_int_equal(rig.values.encoder[1].count, 1001);
+}
+
+/* It turned as its counter was about to be set: that is no reason to go on turning for 30 s. */
+static void a_silence_while_it_is_set_turns_none_either(void **state)
+{
+	(void)state;
+	rig.daemon.device_tick_ms = 5000000;
+	rig_period(&rig);
+	for (int i = 0; i < 500; i++) {
+		rig.daemon.encoder[1] += 10;
+		rig_period(&rig);
+	}
+	assert_true(rig.values.encoder[1].velocity > 0);
+	rig.values.encoder[1].set_value = 7;
+	rig.values.encoder[1].set = true;
+	rig_periods(&rig, 2);
+	rig.values.encoder[1].set = false;
+	be_silent(30000);
+	rig.daemon.epoch++;
+	rig.daemon.device_tick_ms += 30000 + 503;
+	rig_periods(&rig, 3);
+	assert_in_range(rig.values.encoder[1].count, 5000, 5000 + 200);
+	assert_true(rig.values.encoder[1].count_lost);
+}
+
 /* A lost packet or two are no silence, and who closes a loop over the count needs all of it. */
 static void a_short_silence_loses_no_count(void **state)
 {
@@ -301,6 +343,8 @@ int main(void)
 		cmocka_unit_test_setup(a_restart_of_the_device_turns_no_hand_wheel, setup),
 		cmocka_unit_test_setup(the_count_of_a_restarted_device_can_be_taken, setup),
 		cmocka_unit_test_setup(what_is_turned_in_a_silence_turns_no_hand_wheel, setup),
+		cmocka_unit_test_setup(a_silence_that_nobody_calls_stale_turns_none_either, setup),
+		cmocka_unit_test_setup(a_silence_while_it_is_set_turns_none_either, setup),
 		cmocka_unit_test_setup(a_short_silence_loses_no_count, setup),
 		cmocka_unit_test_setup(a_sample_of_before_the_silence_is_counted, setup),
 		cmocka_unit_test_setup(an_old_sample_is_not_taken_for_the_new_count, setup),
