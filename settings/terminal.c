@@ -400,10 +400,10 @@ static const struct source {
 	{ "heater.#.fan-pin", TERMINAL_LOOP, POKEYS_HEATERS, heater_fan },
 	{ "heater.#.fan-pwm", TERMINAL_DRIVEN, POKEYS_HEATERS, heater_fan_pwm },
 	{ "servo.#.home-pin", TERMINAL_LISTENER, POKEYS_SERVOS, servo_home },
-	{ "pwm.#.enable", TERMINAL_DRIVEN, WIRE_MODEL_PWMS, commanded_pwm },
+	{ "pwm.#.enable", TERMINAL_COMMANDED, WIRE_MODEL_PWMS, commanded_pwm },
 };
 
-enum { OWNERS_MAX = 160, SOURCES = sizeof(sources) / sizeof(sources[0]) };
+enum { OWNERS_MAX = 176, SOURCES = sizeof(sources) / sizeof(sources[0]) };
 
 static size_t list_owners(const struct look *look, struct terminal_owner out[OWNERS_MAX])
 {
@@ -466,6 +466,7 @@ static uint64_t able(const struct wire_pinmap *board, const struct terminal_owne
 		return board->digital_out;
 	case TERMINAL_SCANNED:
 	case TERMINAL_DRIVEN:
+	case TERMINAL_COMMANDED:
 	case TERMINAL_KINDS:
 		break;
 	}

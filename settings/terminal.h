@@ -22,6 +22,7 @@ enum terminal_kind {
 	TERMINAL_LISTENER,	/* a switch, an encoder: only reads its level */
 	TERMINAL_SCANNED,	/* of the matrix keyboard */
 	TERMINAL_DRIVEN,	/* an output of another part of the device */
+	TERMINAL_COMMANDED,	/* the same, by a commander and not by a setting */
 	TERMINAL_FOLLOWER,	/* a digital output that an axis switches */
 	TERMINAL_SENSOR,	/* an analog input of a heater */
 	TERMINAL_LOOP,		/* a digital output of a heater or a servo motor */

@@ -41,23 +41,12 @@ static bool pwm_commanded(const struct pokeys_command *command)
 	return commanded;
 }
 
-/* Channels 0 to 5 are at terminals 22 to 17 (protocol section 2.5). */
-static uint32_t channels_at(uint64_t terminals)
-{
-	uint32_t channels = 0;
-
-	for (unsigned int i = 0; i < POKEYS_PWM; i++)
-		channels |= (uint32_t)(terminals >> (21 - i) & 1) << i;
-	return channels;
-}
-
 static void take_pwm(struct device *device, const struct pokeys_command *command)
 {
 	struct output_wish *wish = &device->intake.output;
 	const uint32_t period = command->pwm_period ? command->pwm_period :
 						      device->image.pwm_period;
-	/* PWM at the terminal of a heater's output would heat it, whatever its loop says */
-	const uint32_t loops = loops_channels(device) | channels_at(loops_pins(device));
+	const uint32_t loops = loops_channels(device) | loops_channels_forbidden(device);
 
 	if (!offered(device, pwm_commanded(command), device->image.capability.pwm,
 		     COMMAND_PART_PWM))

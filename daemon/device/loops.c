@@ -71,8 +71,20 @@ uint8_t loops_channels(const struct device *device)
 	return heating_channels(device) | servoing_channels(device);
 }
 
+/* Channels 0 to 5 are at terminals 22 to 17 (protocol section 2.5). */
+uint8_t loops_channels_forbidden(const struct device *device)
+{
+	const uint64_t pins = loops_pins(device);
+	unsigned int channels = 0;
+
+	for (unsigned int i = 0; i < POKEYS_PWM; i++)
+		channels |= (unsigned int)(pins >> (21 - i) & 1) << i;
+	return (uint8_t)channels;
+}
+
 void loops_pwm(const struct device *device, struct wire_pwm_req *pwm)
 {
+	pwm->enabled &= (uint8_t)~loops_channels_forbidden(device);
 	heating_pwm(device, pwm);
 	servoing_pwm(device, pwm);
 }

@@ -42,6 +42,8 @@ uint64_t loops_pins_on(const struct device *device);
 /* Bit = PWM channel of theirs; their part of a request, whose other channels stay. */
 uint8_t loops_channels(const struct device *device);
 void loops_pwm(const struct device *device, struct wire_pwm_req *pwm);
+/* PWM channels at the terminals of their digital outputs: enabled, they would drive these. */
+uint8_t loops_channels_forbidden(const struct device *device);
 
 /* The board has a terminal for this PWM channel, and a period in this range, in ticks. */
 bool loops_have_pwm(const struct device *device, unsigned int channel, uint32_t least,

@@ -84,6 +84,8 @@ static bool pwm_want(const struct device *device, unsigned int index, union outp
 {
 	const struct output_wish *wish = &device->intake.output;
 	const struct pokeys_state *image = &device->image;
+	/* by another program, or from the device's flash memory */
+	const unsigned int forbidden = loops_channels_forbidden(device) & image->pwm_enabled;
 	bool wanted = false;
 
 	(void)index;
@@ -95,10 +97,10 @@ static bool pwm_want(const struct device *device, unsigned int index, union outp
 		wanted = image->pwm_enabled || device->outputs.output[OUTPUT_PWM].driven;
 	else if (commanded(device, DEVICE_RESUME_PWM) && wish->pwm)
 		wanted = pwm_commanded(device, want);
-	else if (loops_channels(device))
+	else if (loops_channels(device) || forbidden)
 		pwm_as_it_is(device, want);
 	loops_pwm(device, &want->pwm);
-	return wanted || (loops_channels(device) && want->pwm.period > 0);
+	return wanted || forbidden || (loops_channels(device) && want->pwm.period > 0);
 }
 
 static void pwm_learn(struct device *device, const union output_value *value)

@@ -107,6 +107,9 @@ void shared_tell(struct device *device, const struct pokeys_report *report)
 	count = terminal_conflicts(&settings, &daemon, board, conflict);
 	loops_unshare(device);
 	for (size_t i = 0; i < count; i++) {
+		/* at the terminal of a loop's output it is refused; a switch is only told of */
+		if (conflict[i].b.kind == TERMINAL_COMMANDED)
+			continue;
 		loops_share(device, conflict[i].a.key, conflict[i].a.index);
 		loops_share(device, conflict[i].b.key, conflict[i].b.index);
 	}

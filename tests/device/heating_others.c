@@ -344,6 +344,32 @@ static void nobody_commands_pwm_at_a_heaters_terminal(void **state)
 	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].b, CHANNEL);
 }
 
+/* ... nor does one stay on that the device had on before. */
+static void pwm_at_a_heaters_terminal_is_switched_off(void **state)
+{
+	enum { CHANNEL = 3, TERMINAL = 21 - CHANNEL, OTHER_PIN = 13 };
+
+	for (int with_pwm = 0; with_pwm < 2; with_pwm++) {
+		struct sim_pwm_config *pwm = &world.rig.device.config.pwm;
+
+		heat_prepare(state);
+		world.config.heater[BED].output = TERMINAL;
+		world_pin(&world, TERMINAL, WIRE_PIN_OUTPUT);
+		if (!with_pwm) {
+			world.config.heater[HOTEND].kind = HEATING_PIN;
+			world.config.heater[HOTEND].output = OTHER_PIN;
+			world_pin(&world, OTHER_PIN, WIRE_PIN_OUTPUT);
+		}
+		pwm->period = PERIOD;
+		pwm->enabled = 1u << CHANNEL | 1u << FAN_PWM;
+		pwm->duty[CHANNEL] = PERIOD;
+		world.config.resume_parts = DEVICE_RESUME_PWM;	/* no safe state switches it off */
+		heat_start();
+		heat_run(200 * MS);
+		assert_int_equal(pwm->enabled, 1u << FAN_PWM | (with_pwm ? 1u << HOTEND_PWM : 0));
+	}
+}
+
 static void channels_that_nobody_commands_stay_as_they_are(void **state)
 {
 	(void)state;
@@ -413,6 +439,7 @@ int main(void)
 		cmocka_unit_test_setup(gains_change_while_it_heats, heat_begin),
 		cmocka_unit_test_setup(nobody_else_commands_their_outputs, heat_begin),
 		cmocka_unit_test(nobody_commands_pwm_at_a_heaters_terminal),
+		cmocka_unit_test(pwm_at_a_heaters_terminal_is_switched_off),
 		cmocka_unit_test(channels_that_nobody_commands_stay_as_they_are),
 	};
 
