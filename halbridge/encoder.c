@@ -56,18 +56,25 @@ static void go_on_at(struct encoder *encoder, int64_t total, int32_t raw, uint64
 	velocity_rebase(&encoder->velocity, total, t_ns);
 }
 
-/*
- * Zeroed or set by what nobody waited for: go on from where motion has led since. After a silence
- * nobody knows where that is.
- */
+/* Wherever it has turned to meanwhile, that is no motion of which anybody knows. */
+static void stay(struct encoder *encoder, int32_t raw, uint64_t t_ns)
+{
+	go_on_at(encoder, encoder->total, raw, t_ns);
+	encoder->velocity.slope = encoder->velocity.rate = 0;
+}
+
+/* Zeroed or set by what nobody waited for: go on from where motion has led since. */
 static void carry_over(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 {
 	const uint64_t since_ns = t_ns - encoder->t_ns;
-	const bool known = since_ns < LINK_SILENCE_NS;
-	const double moved = known ? encoder->velocity.rate * (double)since_ns / 1e9 : 0;
+	const double moved = encoder->velocity.rate * (double)since_ns / 1e9;
 
-	encoder->lost |= !known;
-	go_on_at(encoder, encoder->total + llrint(moved), raw, t_ns);
+	if (since_ns < LINK_SILENCE_NS) {
+		go_on_at(encoder, encoder->total + llrint(moved), raw, t_ns);
+		return;
+	}
+	encoder->lost = true;
+	stay(encoder, raw, t_ns);
 }
 
 /* The first sample after the counter was set, or may have been. */
@@ -85,11 +92,10 @@ static void take_set(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 	encoder->set = ENCODER_SET_NONE;
 }
 
-/* Wherever it has turned to meanwhile, that is no motion of which anybody knows. */
 static void take_anew(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 {
 	if (encoder->keep) {
-		go_on_at(encoder, encoder->total, raw, t_ns);
+		stay(encoder, raw, t_ns);
 		return;
 	}
 	restart_at(encoder, raw, t_ns);
@@ -114,7 +120,7 @@ static void take_sample(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 	}
 	if (encoder->silent_ns && t_ns > encoder->silent_ns) {
 		encoder->lost |= raw != encoder->raw;
-		go_on_at(encoder, encoder->total, raw, t_ns);
+		stay(encoder, raw, t_ns);
 		return;
 	}
 	encoder->total += (int32_t)((uint32_t)raw - (uint32_t)encoder->raw);

@@ -141,6 +141,7 @@ static void loop(size_t count)
 		when = time_of(next);
 		clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &when, NULL);
 	}
+	monitor_stop(&monitor);		/* it would say that the connection is lost */
 	for (size_t i = 0; i < count; i++)
 		instance_leave(instances[i]);
 }

@@ -20,11 +20,12 @@ TABLES = {
 }
 
 
-# What migrate_report.c understands behind the names. The last two cannot be checked; they apply whenever the
+# What migrate_report.c understands behind the names. The last three cannot be checked; they apply whenever the
 # name is used.
 CONDITIONS = {"", "negative", "with a fraction", "true", "false", "together with other flags", "set to 0",
               "above the maximum of the pulse generator", "of an axis that is driven", "linked to a signal",
-              "at the start", "after a restart of the device"}
+              "at the start", "after a restart of the device",
+              "after half a second or more without the device"}
 
 
 def plain(text):

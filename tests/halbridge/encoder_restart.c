@@ -108,6 +108,24 @@ static void what_is_turned_in_a_silence_turns_no_hand_wheel(void **state)
 	assert_false(rig.values.encoder[1].count_lost);
 }
 
+/* A spindle that was stopped meanwhile must not look as if it still turned. */
+static void no_speed_of_before_a_silence_is_shown(void **state)
+{
+	(void)state;
+	for (int i = 0; i < 500; i++) {
+		rig.daemon.encoder[1] += 80;
+		rig_period(&rig);
+	}
+	assert_true(rig.values.encoder[1].velocity > 70000);
+	be_silent(10000);
+	rig.daemon.encoder[1] += 3;
+	rig_period(&rig);
+	assert_true(rig.values.encoder[1].velocity == 0);
+	rig.daemon.encoder[1]++;	/* it rests on the edge of a line */
+	rig_period(&rig);
+	assert_true(rig.values.encoder[1].velocity < 2000);
+}
+
 /* Data count as fresh for two seconds here, and nothing of it is stale. */
 static void a_silence_that_nobody_calls_stale_turns_none_either(void **state)
 {
@@ -343,6 +361,7 @@ int main(void)
 		cmocka_unit_test_setup(a_restart_of_the_device_turns_no_hand_wheel, setup),
 		cmocka_unit_test_setup(the_count_of_a_restarted_device_can_be_taken, setup),
 		cmocka_unit_test_setup(what_is_turned_in_a_silence_turns_no_hand_wheel, setup),
+		cmocka_unit_test_setup(no_speed_of_before_a_silence_is_shown, setup),
 		cmocka_unit_test_setup(a_silence_that_nobody_calls_stale_turns_none_either, setup),
 		cmocka_unit_test_setup(a_silence_while_it_is_set_turns_none_either, setup),
 		cmocka_unit_test_setup(a_short_silence_loses_no_count, setup),

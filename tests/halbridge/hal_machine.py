@@ -77,6 +77,7 @@ class Machine:
         self.hal.start(f"runtime={self.folder}/run names={self.names}")
         self.hal.set("joint.00.scale", SCALE)
         self.hal.set("encoder.00.scale", SCALE)
+        self.hal.set("encoder-keep-count", 0)       # a busy machine may be silent for 0.5 s
 
     def all(self):
         self.device()

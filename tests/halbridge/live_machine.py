@@ -184,6 +184,7 @@ def a_killed_daemon_is_survived(m):
 
 def a_rebooted_device_comes_back(m):
     hal = m.all()
+    hal.set("encoder-keep-count", 1)
     hal.set("joint.00.motion-homed", 1)
     hal.set("encoder.05.sampling", 4)
     hal.becomes("encoder.05.enabled", True)
@@ -242,6 +243,7 @@ def every_order_of_starting_works(m):
 
 def a_silent_device_is_stale_and_comes_back(m):
     hal = m.all()
+    hal.set("encoder-keep-count", 1)
     hal.set("pin.31.out", 1)
     hal.set("encoder.05.sampling", 4)
     hal.becomes("encoder.05.enabled", True)
@@ -276,13 +278,14 @@ def a_silent_device_is_stale_and_comes_back(m):
 
 
 def a_slow_period_is_said_and_not_each(m):
+    began = time.monotonic()
     hal = m.all()
     hal.set("time-threshold", 0.001)
-    hal.says("in one period, more than time-threshold (0.001 us)")
+    hal.says(" us in one period, more than time-threshold (")
     count = hal.get("time-exceeded-count")
-    hal.becomes("time-exceeded-count", lambda have: have > count + 100)
-    assert hal.said().count("more than time-threshold") == 1, hal.said()
-    hal.set("time-threshold", 200)
+    hal.becomes("time-exceeded-count", lambda have: have > count + 1000)
+    lines = hal.said().count("more than time-threshold")
+    assert lines <= 2 + (time.monotonic() - began) / 10, hal.said()
 
 
 def an_unloaded_component_says_so(m):
@@ -295,7 +298,8 @@ def an_unloaded_component_says_so(m):
         hal.ok(f"halcmd net {signal} pokeys.0.{name}")
     hal.set("joint.00.pos-cmd", 100000)
     hal_live.wait("the axis moves", lambda: float(m.sim("axis 0")["speed"]) != 0)
-    assert [hal.ok(f"halcmd gets {signal}") for signal in ("old", "there", "may")] == ["FALSE", "TRUE", "TRUE"]
+    hal_live.wait("it is driven", lambda: [hal.ok(f"halcmd gets {signal}") for signal in ("old", "there", "may")] ==
+                  ["FALSE", "TRUE", "TRUE"])
     hal.ok("halcmd unloadrt pokeys_shm")
     said = [hal.ok(f"halcmd gets {signal}") for signal in ("old", "there", "may")]
     with safety():

@@ -347,7 +347,7 @@ def a_restart_is_never_a_position(m):
 def a_driver_error_unhomes(m):
     """Its motor has no current, whatever LinuxCNC's version does about that."""
     m.said.clear()
-    m.mdi("G53 G1 X60 F600")
+    m.mdi("G53 G1 X60 F120")
     m.until("X moving", lambda _: float(m.sim("axis 0")["speed"]) != 0)
     m.sim("driver-error 0 1")
     with safety():
@@ -383,6 +383,7 @@ def a_limit_switch_unhomes(m):
 
 def the_operator_unhomes(m):
     """The emergency stop of LinuxCNC's own screen ends in the same state as every other."""
+    assert m.all_homed()
     m.command.state(linuxcnc.STATE_ESTOP)
     with safety():
         m.until("no joint homed", lambda s: not any(s.homed[j] for j in m.joints))
