@@ -557,6 +557,8 @@ bool reference_due(const struct device *device);
 bool reference_send(struct device *device);
 /* How many are under way, also those whose replies are late. */
 unsigned int reference_under_way(const struct device *device);
+/* Axes that are let go, and whose last reference is where they are, need no other one. */
+void reference_release(struct device *device);
 /* What was acknowledged is not what the device has. */
 void reference_forget(struct device *device);
 

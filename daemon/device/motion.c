@@ -236,6 +236,7 @@ void motion_update(struct device *device)
 	motion->releasing = (uint8_t)((motion->releasing | released) & ~axes &
 				      ~buffer_axes(device));
 	motion->driven = axes;
+	reference_release(device);
 	buffer_update(device);
 }
 

@@ -276,6 +276,20 @@ static void refresh(pokeys_device_t *mailbox, mailbox_entry_t *entry, void *cont
 	}
 }
 
+void reference_release(struct device *device)
+{
+	struct motion *motion = &device->motion;
+
+	if (!motion->known)
+		return;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		if (motion->acked.mask & motion->sent.mask & 1u << i &&
+		    motion->acked.position[i] == motion->hold[i] &&
+		    motion->sent.position[i] == motion->hold[i])
+			motion->releasing &= (uint8_t)~(1u << i);
+	}
+}
+
 static void acknowledge(struct device *device)
 {
 	struct motion *motion = &device->motion;
@@ -283,10 +297,7 @@ static void acknowledge(struct device *device)
 	motion->acked = motion->sent;
 	motion->known = true;
 	motion->answered = false;
-	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		if (motion->acked.mask >> i & 1 && motion->acked.position[i] == motion->hold[i])
-			motion->releasing &= (uint8_t)~(1u << i);
-	}
+	reference_release(device);
 }
 
 void reference_forget(struct device *device)

@@ -227,6 +227,59 @@ static void bad_value_leaves_the_last_good_one(void **state)
 	assert_true(world.state.flags & POKEYS_STATE_BAD_COMMAND);
 }
 
+static void set_position(int32_t to)
+{
+	const struct pokeys_one_shot shot = {
+		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1, .value = { to },
+	};
+
+	world.command.axis[0].enable = 0;
+	world_run(&world, 100 * MS);
+	assert_int_equal(world_do(&world, &shot, 2 * SECOND), POKEYS_OUTCOME_DONE);
+}
+
+/* It stands where it was sent: no reference is needed to hold it there. */
+static void an_axis_that_is_switched_off_takes_a_position(void **state)
+{
+	(void)state;
+	world_go(&world, 0, 500, 0);
+	world_run(&world, 500 * MS);
+	set_position(7);
+	assert_int_equal(world_pulses(&world, 0), 7);
+	world_go(&world, 0, 30, 0);
+	world_run(&world, 500 * MS);
+	assert_int_equal(world_pulses(&world, 0), 30);
+	/* ... and one that is on its way stops first */
+	world_go(&world, 0, 5000, 0);
+	world_run(&world, 20 * MS);
+	set_position(7);
+	assert_int_equal(world_pulses(&world, 0), 7);
+}
+
+/* A rotary table that always turns the same way: back, or its count is set. */
+static void an_axis_at_the_end_of_its_pulses_has_ways_back(void **state)
+{
+	const int32_t most = 1 << 24;
+
+	(void)state;
+	set_position(most - 50);
+	world_go(&world, 0, most, 0);
+	world_run(&world, 500 * MS);
+	assert_int_equal(world_pulses(&world, 0), most);
+	world_go(&world, 0, most + 1, 0);
+	world_run(&world, 500 * MS);
+	assert_int_equal(world_pulses(&world, 0), most);
+	assert_true(world.state.flags & POKEYS_STATE_BAD_COMMAND);
+	world_go(&world, 0, most - 20, 0);
+	world_run(&world, 500 * MS);
+	assert_int_equal(world_pulses(&world, 0), most - 20);
+	assert_false(world.state.flags & POKEYS_STATE_BAD_COMMAND);
+	set_position(0);
+	world_go(&world, 0, 30, 0);
+	world_run(&world, 500 * MS);
+	assert_int_equal(world_pulses(&world, 0), 30);
+}
+
 static void limit_override_reaches_the_device(void **state)
 {
 	(void)state;
@@ -293,6 +346,9 @@ int main(void)
 		cmocka_unit_test_setup(axis_that_is_not_set_up_is_refused, begin_moving),
 		cmocka_unit_test_setup(mode_the_axis_is_not_set_up_for_is_refused, begin),
 		cmocka_unit_test_setup(bad_value_leaves_the_last_good_one, begin_moving),
+		cmocka_unit_test_setup(an_axis_that_is_switched_off_takes_a_position, begin_moving),
+		cmocka_unit_test_setup(an_axis_at_the_end_of_its_pulses_has_ways_back,
+				       begin_moving),
 		cmocka_unit_test_setup(limit_override_reaches_the_device, begin_moving),
 		cmocka_unit_test(position_is_exact_at_the_end_whatever_the_network_does),
 	};
