@@ -41,6 +41,7 @@ class Operators:
         self.commanding: set[Operator] = set()
         self.on_stop: Callable[[], None] = lambda: None     # one has come, from whomever
         self._subscribed: set[Operator] = set()
+        self._joining = 0           # who will be one of them
         self._state: dict[str, Any] = {}
         self._silent = ""           # why what is in the state is not shown
         self._numbers = itertools.count(1)
@@ -87,7 +88,11 @@ class Operators:
 
     async def subscribe(self, operator: Operator, params: dict[str, Any]) -> None:
         """It gets the whole state, and what changes. :class:`NotDone`."""
-        await self._subscribe(params)
+        self._joining += 1
+        try:
+            await self._subscribe(params)
+        finally:
+            self._joining -= 1
         self._know("")
         if operator.closed:
             return
@@ -137,7 +142,7 @@ class Operators:
 
     async def _beat(self) -> None:
         """As long as somebody sees the state: connect again, and notice that pokeys-remote does not answer."""
-        while self._subscribed or self._stops:
+        while self._subscribed or self._joining or self._stops:
             silent = ""
             try:
                 await self._subscribe({})

@@ -24,6 +24,7 @@ class Fake:
     def __init__(self):
         self.name = f"test-{os.getpid()}-{id(self)}"
         self.asked, self.writers, self.silent = [], [], False
+        self.unanswered = []
         self.refusal = None
         self.errors = {}
 
@@ -45,10 +46,17 @@ class Fake:
         while line := await reader.readline():
             one = json.loads(line)
             self.asked.append((one["method"].partition(".")[2], self.writers.index(writer)))
-            if not self.silent:
+            if one["params"].get("later"):
+                self.unanswered.append((one["id"], writer))
+            elif not self.silent:
                 fault = self.errors.get(one["method"])
                 self.send({"id": one["id"], **({"error": {"code": 1, "message": fault}} if fault else {"result": True})},
                           writer)
+
+    def answer(self):
+        """What was to be answered later."""
+        for number, writer in self.unanswered:
+            self.send({"id": number, "result": True}, writer)
 
     def send(self, message, writer=None):
         (writer or self.writers[0]).write(json.dumps({"jsonrpc": "2.0", **message}).encode() + b"\n")
@@ -128,6 +136,21 @@ async def one_connection_for_the_state(fake, shared):
     fake.state(line=9)
     await until("the other sees it", lambda: two.fetch() == {"line": 9})
     assert not one.offers
+
+
+async def one_who_comes_as_the_last_one_leaves(fake, shared):
+    """The connection for the state ends with its last client, and not under the next one."""
+    one, two = Client(shared), Client(shared)
+    await one.ask("subscribe")
+    coming = asyncio.create_task(two.ask("subscribe", later=True))
+    await until("it has asked", lambda: fake.unanswered)
+    one.operator.close()
+    asked = len(fake.asked)
+    await until("another beat", lambda: coming.done() or len(fake.asked) > asked)
+    fake.answer()
+    await asyncio.wait_for(coming, PATIENCE)
+    fake.state(connected=True, task="on")
+    await until("the state", lambda: two.offers)
 
 
 async def a_proxy_that_ends_and_comes_again(fake, shared):
@@ -314,8 +337,9 @@ async def run(test):
 
 def main():
     failed = 0
-    for each in (one_connection_for_the_state, a_proxy_that_ends_and_comes_again, a_proxy_that_is_silent,
-                 a_stop_ends_what_came_before_it, stops_are_never_one, so_many_operate_and_no_more, what_is_old_is_not_sent,
+    for each in (one_connection_for_the_state, one_who_comes_as_the_last_one_leaves,
+                 a_proxy_that_ends_and_comes_again, a_proxy_that_is_silent, a_stop_ends_what_came_before_it,
+                 stops_are_never_one, so_many_operate_and_no_more, what_is_old_is_not_sent,
                  one_who_is_gone_asks_for_nothing, a_proxy_that_takes_no_connections, what_is_wrong_is_said):
         try:
             asyncio.run(run(each))

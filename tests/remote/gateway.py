@@ -131,7 +131,8 @@ async def operates(machine):
     async with connect("ulla") as ws:
         one = Client(ws, judge)
         assert (await one.ask("server.info"))["operate"] is True
-        assert await one.ask("linuxcnc.subscribe") == {}
+        found = await one.ask("linuxcnc.subscribe")
+        assert found == {}, found
         await one.until(lambda seen: seen.get("task") == "estop" and seen["connected"])
         assert await one.do("mdi", line="G0 X1") == "the machine is not on"
         code, text = await one.ask("linuxcnc.mdi", line="G0\nX1")
@@ -150,7 +151,8 @@ async def operates(machine):
     assert await asyncio.to_thread(stands, 0) < there + 20
     async with connect("ulla") as ws:
         one = Client(ws, judge)
-        assert await one.ask("linuxcnc.subscribe") == {}
+        found = await one.ask("linuxcnc.subscribe")
+        assert found == {}, found
         assert await one.do("mode", mode="mdi") is None
         assert await one.do("mdi", line="G1 X90 F300") is None
         begun = position(0)
@@ -211,7 +213,8 @@ async def does_not_obey_what_is_old(machine):
     judge = await asyncio.to_thread(schema)
     async with Relay() as relay, connect("ulla", host="127.0.0.1", port=PORT + 1) as ws, connect("ulla") as near:
         one, two = Client(ws, judge), Client(near, judge)
-        assert await one.ask("linuxcnc.subscribe") == {}
+        found = await one.ask("linuxcnc.subscribe")
+        assert found == {}, found
         screen = machine.control()
         screen.asked("subscribe")
         await asyncio.to_thread(switch_on, screen)
