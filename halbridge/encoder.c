@@ -56,7 +56,7 @@ static void go_on_at(struct encoder *encoder, int64_t total, int32_t raw, uint64
 	velocity_rebase(&encoder->velocity, total, t_ns);
 }
 
-/* Wherever it has turned to meanwhile, that is no motion of which anybody knows. */
+/* What it has turned meanwhile is unknown: count and position stay where they are. */
 static void stay(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 {
 	go_on_at(encoder, encoder->total, raw, t_ns);

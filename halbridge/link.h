@@ -39,8 +39,8 @@ struct link_news {
 };
 
 /*
- * After such a silence, nobody is at the hand wheel any more who has seen how far the machine has
- * followed. In half a second, a person turns a wheel by a turn at most.
+ * Longer than lost packets last, and so short that a hand wheel makes about one turn in it: what is
+ * turned in a longer silence must not move the machine when the device is back.
  */
 #define LINK_SILENCE_NS	UINT64_C(500000000)
 

@@ -7,11 +7,12 @@
 #include <stdio.h>
 #include <string.h>
 #include "daemon/control/config_judge.h"
+#include "wire/model.h"
 #include "wire/pulse.h"
 
 enum { ENCODER_COUNT = 1, ENCODER_4X = 2, ENCODER_SAMPLING = 6 };
 enum { AXIS_BUFFERED = 0x01, AXIS_MODE = 0x0D, AXIS_SOFT_LIMITS = 0x20 };
-enum { INTERNAL_AXES = 3, INTERNAL_SPEED = 25000 };
+enum { INTERNAL_SPEED = 25000 };
 enum { EXTERNAL_FIRST = 92, THREADING_ENCODER = 1 };
 
 static void judge_encoder(const struct judged *j, uint32_t index)
@@ -103,7 +104,7 @@ static void note_switches(const struct judged *j, uint32_t index)
 	note_switch(j, index, "home");
 }
 
-/* Source of the limits: the vendor's data sheet; see the help of the key. */
+/* WIRE_GENERATOR_INTERNAL: three axes of at most 25 kHz. */
 static void judge_generator(const struct judged *j)
 {
 	const struct pokeys_settings *settings = &j->raw->settings;
@@ -111,10 +112,10 @@ static void judge_generator(const struct judged *j)
 	if (!(settings->set & POKEYS_SET_GENERATOR) ||
 	    (settings->generator & WIRE_GENERATOR_TYPE) != WIRE_GENERATOR_INTERNAL)
 		return;
-	if (settings->set & POKEYS_SET_AXES && settings->axes > INTERNAL_AXES)
+	if (settings->set & POKEYS_SET_AXES && settings->axes > WIRE_MODEL_INTERNAL_AXES)
 		judge_fault(j, "axes", 0, "axes = %u: generator = internal has %u",
-			    settings->axes, INTERNAL_AXES);
-	for (uint32_t i = 0; i < INTERNAL_AXES; i++)
+			    settings->axes, WIRE_MODEL_INTERNAL_AXES);
+	for (uint32_t i = 0; i < WIRE_MODEL_INTERNAL_AXES; i++)
 		if (settings->axis[i].set & POKEYS_AXIS_SET_MAX_SPEED &&
 		    settings->axis[i].max_speed > INTERNAL_SPEED)
 			judge_fault(j, "axis.#.max-speed", i, "axis.%u.max-speed = %g is above the "

@@ -312,8 +312,8 @@ static void put_machine(struct line *line, const struct event *e)
 
 static void put_override(struct line *line, const struct event *e)
 {
-	put(line, e->a ? "limit override: no limit switch stops an axis, also of axes that stand "
-			 "on none" : "limit override is over: limit switches stop the axes again");
+	put(line, e->a ? "limit override is active: no limit switch stops any axis" :
+			 "limit override has ended: limit switches stop the axes again");
 }
 
 static void put_task(struct line *line, const struct event *e)

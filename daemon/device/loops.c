@@ -71,14 +71,19 @@ uint8_t loops_channels(const struct device *device)
 	return heating_channels(device) | servoing_channels(device);
 }
 
-/* Channels 0 to 5 are at terminals 22 to 17 (protocol section 2.5). */
+/* Of a PWM channel: 0 to 5 are at terminals 22 to 17 (protocol section 2.5). */
+static uint64_t pin_of(unsigned int channel)
+{
+	return UINT64_C(1) << (21 - channel);
+}
+
 uint8_t loops_channels_forbidden(const struct device *device)
 {
 	const uint64_t pins = loops_pins(device);
 	unsigned int channels = 0;
 
 	for (unsigned int i = 0; i < POKEYS_PWM; i++)
-		channels |= (unsigned int)(pins >> (21 - i) & 1) << i;
+		channels |= (unsigned int)((pins & pin_of(i)) != 0) << i;
 	return (uint8_t)channels;
 }
 
@@ -89,14 +94,14 @@ void loops_pwm(const struct device *device, struct wire_pwm_req *pwm)
 	servoing_pwm(device, pwm);
 }
 
-/* A board without a terminal for a channel has no capability bit for it (22 to 17). */
+/* A board without a terminal for a channel has no capability bit for it. */
 bool loops_have_pwm(const struct device *device, unsigned int channel, uint32_t least,
 		    uint32_t most)
 {
 	const struct pokeys_state *image = &device->image;
 	const uint64_t pins = image->capability.pwm_pins;
 
-	return channel < image->capability.pwm && (!pins || pins >> (21 - channel) & 1) &&
+	return channel < image->capability.pwm && (!pins || pins & pin_of(channel)) &&
 	       image->pwm_period >= least && image->pwm_period <= most &&
 	       setting_synced_channel(device) < 0;
 }

@@ -280,7 +280,7 @@ void reference_release(struct device *device)
 {
 	struct motion *motion = &device->motion;
 
-	if (!motion->known)
+	if (!motion->known || !motion->releasing)
 		return;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		if (motion->acked.mask & motion->sent.mask & 1u << i &&

@@ -249,7 +249,7 @@ static void an_axis_that_is_switched_off_takes_a_position(void **state)
 	world_go(&world, 0, 30, 0);
 	world_run(&world, 500 * MS);
 	assert_int_equal(world_pulses(&world, 0), 30);
-	/* ... and one that is on its way stops first */
+	/* an axis that still moves stops first */
 	world_go(&world, 0, 5000, 0);
 	world_run(&world, 20 * MS);
 	set_position(7);

@@ -72,6 +72,15 @@ static void the_count_of_a_restarted_device_can_be_taken(void **state)
 	assert_int_equal(rig.values.encoder[1].count, 12);
 }
 
+/* For half a second, by so many counts in each period. */
+static void turn(int32_t counts)
+{
+	for (int i = 0; i < 500; i++) {
+		rig.daemon.encoder[1] += counts;
+		rig_period(&rig);
+	}
+}
+
 static void be_silent(uint64_t ms)
 {
 	rig.device_silent = true;
@@ -112,10 +121,7 @@ static void what_is_turned_in_a_silence_turns_no_hand_wheel(void **state)
 static void no_speed_of_before_a_silence_is_shown(void **state)
 {
 	(void)state;
-	for (int i = 0; i < 500; i++) {
-		rig.daemon.encoder[1] += 80;
-		rig_period(&rig);
-	}
+	turn(80);
 	assert_true(rig.values.encoder[1].velocity > 70000);
 	be_silent(10000);
 	rig.daemon.encoder[1] += 3;
@@ -145,16 +151,13 @@ static void a_silence_that_nobody_calls_stale_turns_none_either(void **state)
 	assert_int_equal(rig.values.encoder[1].count, 1001);
 }
 
-/* It turned as its counter was about to be set: that is no reason to go on turning for 30 s. */
+/* The speed from before a silence must not be used to guess the count after it. */
 static void a_silence_while_it_is_set_turns_none_either(void **state)
 {
 	(void)state;
 	rig.daemon.device_tick_ms = 5000000;
 	rig_period(&rig);
-	for (int i = 0; i < 500; i++) {
-		rig.daemon.encoder[1] += 10;
-		rig_period(&rig);
-	}
+	turn(10);
 	assert_true(rig.values.encoder[1].velocity > 0);
 	rig.values.encoder[1].set_value = 7;
 	rig.values.encoder[1].set = true;
