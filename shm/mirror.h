@@ -160,8 +160,8 @@ int mirror_explain(const char *runtime, int error, char *why, size_t size);
 bool mirror_is_current(const struct mirror_view *view, const char *runtime, const char *device);
 
 /*
- * Copy the newest image. 0; -EPROTO it is no such image, or the writer was faster many times
- * in a row: *out is untouched then. Realtime, 10 kB of stack.
+ * Copy the newest image. 0; -EPROTO it is no such image; -EAGAIN the writer was faster many
+ * times in a row. *out is untouched then. Realtime, 10 kB of stack.
  */
 int mirror_read(const struct mirror_view *view, enum mirror_image image, void *out);
 

@@ -244,8 +244,9 @@ int mirror_read(const struct mirror_view *view, enum mirror_image image, void *o
 	} copy;
 	const struct mirror_part *part = &view->head.part[image];
 
-	if (!copy_newest(view, part, &copy) ||
-	    memcmp(&copy.header, &headers[image], sizeof(copy.header)) != 0)
+	if (!copy_newest(view, part, &copy))
+		return -EAGAIN;
+	if (memcmp(&copy.header, &headers[image], sizeof(copy.header)) != 0)
 		return -EPROTO;
 	memcpy(out, &copy, part->size);
 	return 0;

@@ -91,7 +91,8 @@ enum pokeys_client_state pokeys_client_status(const pokeys_client *client, char 
 /*
  * The newest whole state (or diagnostic) image. Realtime, lock-free: one
  * thread at a time per client. 0; -ENOTCONN if not attached; -EPROTO if what
- * was read is not such an image (a foreign writer), and then *out is untouched.
+ * was read is not such an image (a foreign writer); -EAGAIN if the writer was faster
+ * a thousand times in a row (no daemon is). *out is untouched unless 0 is returned.
  */
 int pokeys_client_read(pokeys_client *client, struct pokeys_state *out);
 int pokeys_client_read_diag(pokeys_client *client, struct pokeys_diag *out);
