@@ -39,7 +39,7 @@ static void record(struct device *device, uint32_t id, uint8_t operation,
 	device_say(device, EVENT_ONE_SHOT,
 		   outcome == POKEYS_OUTCOME_DONE ? EVENT_INFO : EVENT_WARNING, operation,
 		   device->one_shots.ordered ? EVENT_ORDERED : (int64_t)id,
-		   outcome | why.reason << 8 | why.part << 16);
+		   outcome | (unsigned int)why.reason << 8 | (unsigned int)why.part << 16);
 }
 
 static void taken(struct device *device, uint32_t tail)
