@@ -202,8 +202,11 @@ static void estimate_rate(struct servo *servo, double position, uint64_t now_ns)
 	if (position != servo->wanted && passed_ns) {
 		servo->interval_ns = passed_ns < LONGEST_NS ? passed_ns : 0;
 		servo->changed_ns = now_ns;
+		/* a jump is no speed, and must not be fed forward as one */
 		servo->wanted_rate = servo->interval_ns ?
-				     (position - servo->wanted) / ((double)passed_ns / SECOND) : 0;
+				     limited((position - servo->wanted) /
+					     ((double)passed_ns / SECOND),
+					     servo->config.speed_most) : 0;
 	} else if (passed_ns >= 2 * servo->interval_ns) {
 		servo->wanted_rate = 0;
 	}
@@ -251,7 +254,6 @@ static void compare(struct servo *servo, const struct servo_wish *wish, uint64_t
 {
 	const double age_s = (double)since(servo->read_ns, now_ns) / SECOND;
 	const double lag_s = age_s + servo->config.smooth + servo->span / 2;
-	/* a jump of the command is no speed */
 	const double rate = limited(servo->wanted_rate, servo->config.speed_most);
 
 	servo->error = wish->position - rate * age_s - servo->position;

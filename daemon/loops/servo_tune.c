@@ -415,11 +415,13 @@ static void choose_gains(struct servo_tune *tune, const struct servo *servo)
 }
 
 /* All that it has told is told: it is brought to rest. */
-static void end_slowly(struct servo_tune *tune, enum servo_tune_reason reason, uint64_t now_ns)
+/* False: it runs, until it stands. */
+static bool end_slowly(struct servo_tune *tune, enum servo_tune_reason reason, uint64_t now_ns)
 {
 	tune->reason = reason;
 	tune->brakes = true;
 	tune->turned_ns = now_ns;
+	return false;
 }
 
 static void conclude(struct servo_tune *tune, const struct servo *servo, uint64_t now_ns)
@@ -497,7 +499,7 @@ bool servo_tune_step(struct servo_tune *tune, struct servo *servo, bool applied,
 	if (fabs(servo->position - tune->from) > FAR * tune->distance)
 		return fail(tune, SERVO_TUNE_FAR);
 	if (since(tune->begun_ns, now_ns) > LONGEST_NS)
-		end_slowly(tune, SERVO_TUNE_LATE, now_ns);
+		return end_slowly(tune, SERVO_TUNE_LATE, now_ns);
 	if (is_reversed(tune, servo))
 		return fail(tune, SERVO_TUNE_REVERSED);
 	if (is_silent(tune, servo, now_ns))

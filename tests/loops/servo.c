@@ -103,6 +103,23 @@ static void without_a_speed_it_estimates_one(void **state)
 	expect_there(axis.wish.position);
 }
 
+static void a_jump_without_a_speed_is_none(void **state)
+{
+	struct servo_config config = axis_config;
+
+	(void)state;
+	config.gains = (struct servo_gains){ .p = 0.001, .velocity = 0.001 };
+	axis_init(&axis, &config, &sim_motor_small);
+	axis_enable(&axis);
+	axis.wish.velocity = NAN;
+	axis.wish.position = 0.1;
+	axis_step(&axis);
+	axis.wish.position = 1.5;
+	axis_step(&axis);
+	/* highest speed, and not 1400 units in a second */
+	assert_true(axis.output > 0.29 && axis.output < 0.31);
+}
+
 static void a_motor_may_be_wired_the_other_way_if_the_scale_is(void **state)
 {
 	struct servo_config config = axis_config;
@@ -521,6 +538,7 @@ int main(void)
 		cmocka_unit_test_setup(it_follows_a_move_and_stops_there, begin),
 		cmocka_unit_test_setup(the_age_of_a_reading_is_no_error, begin),
 		cmocka_unit_test_setup(without_a_speed_it_estimates_one, begin),
+		cmocka_unit_test(a_jump_without_a_speed_is_none),
 		cmocka_unit_test(a_motor_may_be_wired_the_other_way_if_the_scale_is),
 		cmocka_unit_test_setup(it_holds_against_a_push, begin),
 		cmocka_unit_test(play_in_the_screw_is_no_oscillation),
