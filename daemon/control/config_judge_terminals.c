@@ -70,7 +70,7 @@ static void judge_inverted(const struct judged *j, const struct terminal_daemon 
 		digital |= daemon->heater[i].output | daemon->heater[i].fan;
 	for (unsigned int i = 0; i < daemon->servos; i++)
 		digital |= daemon->servo[i].direction | daemon->servo[i].enable |
-			   daemon->servo[i].low | daemon->servo[i].high;
+			   daemon->servo[i].low | daemon->servo[i].high | daemon->servo[i].home;
 	pin = shared_pin(pins_with(j, WIRE_PIN_INVERT), ~digital);
 
 	if (pin)

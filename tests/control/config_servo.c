@@ -180,6 +180,10 @@ static void its_home_switch_arrives(void **state)
 	assert_near(home->position, 3);
 	assert_near(home->distance, 12);
 	assert_int_equal(config.device[0].settings.pin_function[13], WIRE_PIN_INPUT);
+	assert_int_equal(parse(GOOD "inverted-pins = 14\n" X "home-search-speed = 8\n"
+			       "home-pin = 14\nhome-distance = 12\n"), 0);
+	assert_int_equal(config.device[0].settings.pin_function[13],
+			 WIRE_PIN_INPUT | WIRE_PIN_INVERT);
 }
 
 static void a_homing_that_cannot_be_is_refused(void **state)
