@@ -80,7 +80,9 @@ static void flooded_readers_see_whole_images_in_order(void **state)
 	atomic_store(&stop, false);
 	assert_int_equal(pthread_create(&writer, NULL, flood, mill), 0);
 	for (int i = 0; i < THREADS; i++) {
-		readings[i] = (struct reading){ folder_client(folder, 0), reads / THREADS, 0, 0, 0 };
+		readings[i] = (struct reading){
+			.client = folder_client(folder, 0), .reads = reads / THREADS,
+		};
 		assert_int_equal(pokeys_client_poll(readings[i].client), POKEYS_CLIENT_ATTACHED);
 		assert_int_equal(pthread_create(&readers[i], NULL, read_many, &readings[i]), 0);
 	}
