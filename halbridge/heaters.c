@@ -95,7 +95,8 @@ static void write_target(struct heaters *heaters, unsigned int i, double target,
 		     heaters->begun && !there && !bad && target != 0, OFFSET(i, target),
 		     REFUSAL_NO_HEATER, target);
 	command->heater_target[i] = there && !bad ? (float)target : 0;
-	command->heater_mask |= (uint32_t)there << i;
+	/* a heater whose target is no number is off, but off was not commanded */
+	command->heater_mask |= (uint32_t)(there && !bad) << i;
 }
 
 /* True if the queue was full. */

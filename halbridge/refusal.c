@@ -108,7 +108,7 @@ static const char *refusal_text(unsigned int reason)
 	case REFUSAL_NO_HEATER:
 		return "has no effect: pokeysd.conf has no such heater of this device";
 	case REFUSAL_TARGET:
-		return "not a finite number; the heater is off";
+		return "not a finite number; the heater is off until 0 was commanded";
 	case REFUSAL_NO_SERVO:
 		return "has no effect: pokeysd.conf has no such servo of this device";
 	case REFUSAL_POSITION:

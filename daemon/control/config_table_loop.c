@@ -134,8 +134,9 @@ const struct config_key config_loop_keys[] = {
 	KEY(HEATER(hold_s), "hold-s", CONFIG_REAL, RANGE(0, 86400), .words = WORDS({ "ever", -1 }),
 	    .fallback = "0", .unit = "s",
 	    .help = "Time for which the heater continues to heat after its commander is gone "
-		    "(see heartbeat-timeout-ms), for example for a kiln. ever: it heats until a "
-		    "target of 0 is commanded."),
+		    "(see heartbeat-timeout-ms), for example for a kiln. Another commander can "
+		    "only switch it off meanwhile. ever: it heats until a target of 0 is "
+		    "commanded."),
 	KEY(HEATER(stops_machine), "on-fault", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "heater", 0 }, { "machine", 1 }), .fallback = "heater",
 	    .help = "What a fault of the heater stops. heater: this heater only. machine: the "

@@ -139,10 +139,11 @@ static void take_ponet(struct device *device, const struct pokeys_command *comma
 	wish->kbd48_leds = command->kbd48_leds;
 }
 
-/* A target that is not a number counts as 0, so the heater is off. */
+/* With a target that is not a number the heater is off, but off was not commanded. */
 static void take_heaters(struct device *device, const struct pokeys_command *command)
 {
 	const uint32_t beyond = command->heater_mask >> device->config.heaters;
+	uint32_t mask = command->heater_mask;
 
 	if (beyond)
 		intake_refuse(device, COMMAND_FAULT_HEATER,
@@ -151,11 +152,13 @@ static void take_heaters(struct device *device, const struct pokeys_command *com
 		const bool commanded = command->heater_mask >> i & 1;
 		const double target = commanded ? (double)command->heater_target[i] : 0;
 
-		if (!isfinite(target))
+		if (!isfinite(target)) {
 			intake_refuse(device, COMMAND_FAULT_HEATER_TARGET, i);
-		device->intake.heating.target[i] = isfinite(target) ? target : 0;
+			mask &= ~(UINT32_C(1) << i);
+		}
+		device->intake.heating.target[i] = target;
 	}
-	device->intake.heating.mask = command->heater_mask;
+	device->intake.heating.mask = mask;
 }
 
 /* Positions that are no numbers are passed on: for a motor that is enabled, that is a fault. */

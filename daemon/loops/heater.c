@@ -130,7 +130,8 @@ void heater_device(struct heater *heater, bool usable)
 
 void heater_commander(struct heater *heater, bool alive, uint64_t now_ns)
 {
-	if (alive)
+	/* What another one has switched on is its to answer for, until this one has commanded. */
+	if (alive && (heater->armed || heater_is_off(heater)))
 		heater->commander_ns = now_ns;
 }
 
@@ -148,8 +149,10 @@ static void set_target(struct heater *heater, double target)
 	if (tuned)
 		heater->tune.state = TUNE_FAILED;
 	/* A new target while it heats restarts no window: the watch begins only from off. */
-	if (heater->target == 0 || target == 0)
+	if (heater->target == 0 && target > 0)
 		watch_begin(heater);
+	else if (heater->target > 0 && target == 0)
+		watch_pause(heater);
 	if (target == 0 || tuned)
 		pid_reset(&heater->pid);
 	if (target == 0) {
@@ -311,6 +314,7 @@ bool heater_reset(struct heater *heater)
 	if (heater->fault && heater->wanted == 0)
 		heater->armed = true;
 	heater->fault = HEATER_FINE;
+	watch_forget(heater);
 	return true;
 }
 

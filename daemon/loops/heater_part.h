@@ -11,8 +11,15 @@
 /* Take the samples of this period: the temperature, and what is wrong with it now. */
 enum heater_fault measure(struct heater *heater, uint64_t now_ns);
 
-/* Another target: it has to get warm from here on. */
+/*
+ * From off to a target: it has to get warm from here on; after a short pause, in what is left of
+ * the window of before.
+ */
 void watch_begin(struct heater *heater);
+
+/* Off, for some time; and by somebody who has seen to what was wrong. */
+void watch_pause(struct heater *heater);
+void watch_forget(struct heater *heater);
 
 /* Find the gains: begin, and the power of a step while it runs. */
 void tune_begin(struct heater *heater);

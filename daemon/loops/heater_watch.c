@@ -8,7 +8,9 @@
  * all the power there is, it has to rise as well, however near the sensor says that it is: one
  * that is stuck just below looks like this. What there is may be less than its highest power, if
  * its supply does not suffice for all heaters. A new target begins neither window: a commander
- * that changes its mind every few seconds is watched like another one.
+ * that changes its mind every few seconds is watched like another one. Nor does a pause that is
+ * shorter than a window, in which the sensor has not cooled: a thermostat that switches a heater
+ * on and off around a sensor that fell out would never be found otherwise.
  *
  * A window is as long as is configured, but at full power not much longer than the last rises
  * took: a hot end that rises by a kelvin in a third of a second needs no 40 s to be missed. All
@@ -29,11 +31,32 @@
 #define SLOWEST 0.25			/* ... for each second that passes */
 #define LITTLE 0.1			/* of the highest power: it need not have an effect */
 
+static bool goes_on(const struct heater *heater)
+{
+	return heater->paused_ns &&
+	       since(heater->paused_ns, heater->step_ns) < heater->config.window_ns &&
+	       !(heater->temperature <= heater->calm - heater->config.rise);
+}
+
 void watch_begin(struct heater *heater)
 {
-	heater->watched = heater->warm = heater->cold = heater->full = false;
+	heater->watched = heater->warm = heater->full = false;
+	if (goes_on(heater))
+		return;
+	heater->cold = false;
+	heater->base_ns = 0;
 	for (unsigned int i = 0; i < HEATER_RISES; i++)
 		heater->rise_ns[i] = 0;
+}
+
+void watch_pause(struct heater *heater)
+{
+	heater->paused_ns = heater->step_ns;
+}
+
+void watch_forget(struct heater *heater)
+{
+	heater->paused_ns = 0;
 }
 
 static void follow(struct heater *heater, uint64_t passed_ns)
@@ -48,7 +71,7 @@ static void follow(struct heater *heater, uint64_t passed_ns)
 		heater->load = 0;
 		heater->room = heater->config.power_most;
 		heater->press = 0;
-		heater->base_ns = heater->full_ns = heater->whole_ns = 0;
+		heater->full_ns = heater->whole_ns = 0;
 		return;
 	}
 	heater->calm += (heater->temperature - heater->calm) * seconds / (CALM_S + seconds);

@@ -7,6 +7,8 @@
 
 #include "daemon/loops/pid.h"
 
+#define BRIDGE_S 10.0	/* time constant */
+
 static double limited(double value, double least, double most)
 {
 	return value < least ? least : value > most ? most : value;
@@ -22,20 +24,22 @@ double pid_step(struct pid *pid, const struct pid_gains *gains, double target, d
 {
 	const double error = target - measured;
 	const double before = pid->integral;
-	double output, more;
+	double output, rest, more;
 
 	if (pid->primed && seconds > 0)
 		pid->rate += ((measured - pid->last) / seconds - pid->rate) * seconds /
 			     (gains->smooth + seconds);
 	pid->last = measured;
 	pid->primed = true;
+	pid->bridge -= pid->bridge * seconds / (BRIDGE_S + seconds);
 
 	more = gains->i * error * seconds;
-	output = gains->p * error + pid->integral + more - gains->d * pid->rate;
+	rest = gains->p * error + pid->bridge - gains->d * pid->rate;
+	output = rest + pid->integral + more;
 	if (!(output > most && more > 0) && !(output < least && more < 0))
 		pid->integral = limited(pid->integral + more, least, most);
 	pid->added = pid->integral - before;
-	return limited(gains->p * error + pid->integral - gains->d * pid->rate, least, most);
+	return limited(rest + pid->integral, least, most);
 }
 
 void pid_cut(struct pid *pid)
@@ -49,10 +53,15 @@ void pid_regain(struct pid *pid, const struct pid_gains *from, const struct pid_
 		double target, double least, double most)
 {
 	const double error = target - pid->last;
-	const double before = from->p * error + pid->integral - from->d * pid->rate;
+	const double before = from->p * error + pid->integral + pid->bridge - from->d * pid->rate;
+	const double rest = before - to->p * error + to->d * pid->rate;
 
 	/* At a limit nothing goes on, and the integral would be filled with what was cut off. */
-	if (!pid->primed || before <= least || before >= most)
+	if (!pid->primed || before <= least || before >= most) {
+		if (to->i == 0)
+			pid->integral = 0;
 		return;
-	pid->integral = limited(before - to->p * error + to->d * pid->rate, least, most);
+	}
+	pid->integral = to->i == 0 ? 0 : limited(rest, least, most);
+	pid->bridge = to->i == 0 ? rest : 0;
 }

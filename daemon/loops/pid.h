@@ -4,7 +4,8 @@
  *
  * The derivative is that of the measurement, so a new target makes no kick. The integral stands
  * still while the output is at a limit and the error would drive it further (conditional
- * integration), and is kept in units of the output, so new gains make no jump.
+ * integration), and is kept in units of the output, so new gains make no jump. Without an integral
+ * gain nothing would take back what the integral held: it is let go by and by.
  */
 #ifndef LOOPS_PID_H
 #define LOOPS_PID_H
@@ -20,6 +21,7 @@ struct pid_gains {
 
 struct pid {
 	double integral;	/* in units of the output */
+	double bridge;		/* ... from gains of before with one to those without; goes to 0 */
 	double rate;		/* of the measurement, filtered, units a second */
 	double last;		/* measurement */
 	double added;		/* to the integral by the last step */

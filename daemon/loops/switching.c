@@ -4,8 +4,9 @@
  * shortest pulse is owed, and off when nothing is. So the mean is that of the power, and no
  * pulse is shorter than a relay likes it, but for one that a stop cuts off: that is never late.
  *
- * What is owed is limited, or a minute at full power without an effect, behind a relay that may
- * not change yet, would be followed by another minute.
+ * Full power and none are not made up for: whoever asks for full power gets it as soon as the
+ * output may change, and whoever asks for none does not get what was owed before. A controller
+ * that has left a limit would be answered with heat that it no longer asks for.
  */
 
 #include "daemon/loops/switching.h"
@@ -33,7 +34,10 @@ bool switching_step(struct switching *output, double power, bool stop, uint64_t 
 		on = false;
 		output->owed = 0;
 	} else if (may_change) {
-		on = on ? output->owed > 0 || power >= 1 : output->owed >= least && power > 0;
+		on = power >= 1 ||
+		     (power > 0 && (on ? output->owed > 0 : output->owed >= least));
+		if (output->on && (power >= 1 || power <= 0))
+			output->owed = fmin(output->owed, 0);
 	}
 	if (on != output->on)
 		output->since_ns = now_ns;

@@ -43,6 +43,13 @@ static void a_target_out_of_range_is_refused_and_the_old_one_stays(void **state)
 	assert_true(heat_shown(HOTEND)->target == 0 && heat_power(HOTEND) <= 0);
 	assert_true(world.state.flags & POKEYS_STATE_BAD_COMMAND);
 	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].a, COMMAND_FAULT_HEATER_TARGET);
+	/* off, but nobody has commanded off */
+	heat_command(HOTEND, 90);
+	heat_run(200 * MS);
+	assert_true(heat_shown(HOTEND)->target == 0 && heat_power(HOTEND) <= 0);
+	assert_int_equal(heat_shown(HOTEND)->refused, POKEYS_HEATER_AFTER_FAULT);
+	heat_command(HOTEND, 0);
+	heat_run(200 * MS);
 	heat_command(HOTEND, 90);
 	world.command.heater_mask |= 1u << HEATERS;
 	heat_run(200 * MS);

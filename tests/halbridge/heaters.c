@@ -53,10 +53,13 @@ static void a_target_that_is_no_number_is_off(void **state)
 	bed->target = (double)NAN;
 	rig_period(&rig);
 	assert_true(command->heater_target[BED] == 0);
+	assert_int_equal(command->heater_mask, 0);
 	assert_true(rig.values.input_refused);
-	rig_expect_note(&rig, TABLE_HEATERS, "not a finite number; the heater is off");
+	rig_expect_note(&rig, TABLE_HEATERS, "not a finite number; the heater is off until 0 "
+			"was commanded");
 	bed->target = 61;
 	rig_period(&rig);
+	assert_int_equal(command->heater_mask, 1u << BED);
 	assert_true(command->heater_target[BED] == 61);
 	assert_false(rig.values.input_refused);
 }

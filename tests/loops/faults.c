@@ -332,6 +332,42 @@ static void a_target_that_changes_hides_nothing(void **state)
 	oven_expect_fault(&oven, HEATER_NO_RISE);
 }
 
+/* A thermostat, or a timer, around a sensor that fell out: it is in the room, and so never warm. */
+static void a_target_that_comes_and_goes_hides_nothing(void **state)
+{
+	struct oven oven;
+
+	(void)state;
+	for (int pause = 1; pause < 32; pause += 6) {
+		oven_init(&oven, &heater_usual, &sim_heat_hotend);
+		sim_heat_break(&oven.heat, SIM_HEAT_OUT);
+		for (int i = 0; i < 20 && !oven.heater.fault; i++) {
+			oven.target = 100;
+			oven_run(&oven, 5);
+			oven.target = 0;
+			oven_run(&oven, pause);
+		}
+		oven_expect_fault(&oven, HEATER_NO_RISE);
+		/* who has seen to it has a whole window again */
+		sim_heat_break(&oven.heat, SIM_HEAT_GOOD);
+		oven_run(&oven, 10);
+		assert_true(heater_reset(&oven.heater));
+		oven.target = 0;
+		oven_run(&oven, 1);
+		oven_warm(&oven, 150);
+	}
+	/* one that is switched on and off all day, at random, is in order */
+	struct sim_prng prng;
+
+	sim_prng_init(&prng, 20055);
+	oven_init(&oven, &heater_usual, &sim_heat_hotend);
+	for (int i = 0; i < 3000; i++) {
+		oven.target = i % 2 ? 0 : 60 + (double)sim_prng_below(&prng, 180);
+		oven_run(&oven, 0.1 * (double)(1 + sim_prng_below(&prng, i % 5 ? 300 : 3000)));
+		oven_expect_fault(&oven, HEATER_FINE);
+	}
+}
+
 static void a_sensor_that_fell_out(void **state)
 {
 	struct sim_heat_config heat = sim_heat_hotend;
@@ -477,6 +513,7 @@ int main(void)
 		cmocka_unit_test(a_temperature_that_jumps),
 		cmocka_unit_test(a_heater_that_is_broken),
 		cmocka_unit_test(a_target_that_changes_hides_nothing),
+		cmocka_unit_test(a_target_that_comes_and_goes_hides_nothing),
 		cmocka_unit_test(a_sensor_that_fell_out),
 		cmocka_unit_test(a_sensor_that_is_stuck_or_drifts),
 		cmocka_unit_test(whatever_happens_at_random),

@@ -156,6 +156,33 @@ static void other_gains_make_no_jump(void **state)
 	assert_true(oven.most < 209);
 }
 
+/* What an integral held, nothing would take back. */
+static void without_an_integral_gain_nothing_is_held(void **state)
+{
+	const struct pid_gains none = { .p = 0.1, .i = 0, .d = 0, .smooth = 1 };
+	struct oven oven;
+	double before;
+
+	(void)state;
+	oven_init(&oven, &heater_usual, &sim_heat_hotend);
+	oven.heat.config.noise = 0;
+	oven_warm(&oven, 200);
+	before = oven.power;
+	assert_true(before > 0.1 && heater_regain(&oven.heater, &none));
+	oven_step(&oven);
+	assert_true(fabs(oven.power - before) < 0.02);
+	oven_run(&oven, 600);
+	oven_expect_fault(&oven, HEATER_FINE);
+	assert_true(fabs(oven.power - none.p * (200 - oven.heater.temperature)) < 0.001);
+	/* and back: it goes on from there */
+	before = oven.power;
+	assert_true(heater_regain(&oven.heater, &heater_usual.gains));
+	oven_step(&oven);
+	assert_true(fabs(oven.power - before) < 0.05);
+	oven_run(&oven, 600);
+	assert_true(heater_is_at(&oven.heater, 1));
+}
+
 static void a_target_that_cannot_be_is_refused_and_the_old_one_stays(void **state)
 {
 	static const double bad[] = { -1, 266, 1e300, INFINITY, -INFINITY, NAN };
@@ -273,6 +300,33 @@ static void who_commands_it_is_gone(void **state)
 	oven.target = 100;
 	oven_step(&oven);
 	assert_true(oven.power == 0);
+}
+
+/* The next one is there, and alive, but has not switched on what heats. */
+static void who_commanded_it_is_gone_though_another_one_came(void **state)
+{
+	struct heater_config config = heater_usual;
+	struct oven oven;
+
+	(void)state;
+	config.lease_ns = UINT64_C(60000000000);
+	oven_init(&oven, &config, &sim_heat_hotend);
+	oven_warm(&oven, 200);
+	oven_run(&oven, 3600);
+	heater_another(&oven.heater);
+	oven.target = 150;
+	oven_run(&oven, 59);
+	assert_true(oven.heater.target == 200);
+	assert_int_equal(oven.heater.refusal, HEATER_AFTER_FAULT);
+	oven_run(&oven, 2);
+	assert_true(oven.heater.target == 0 && oven.power == 0);
+	oven_expect_fault(&oven, HEATER_FINE);
+	/* who switches it off and on again commands it */
+	oven.target = 0;
+	oven_step(&oven);
+	oven.target = 150;
+	oven_run(&oven, 600);
+	assert_true(heater_is_at(&oven.heater, 2));
 }
 
 /* A profile goes up in small steps, faster than it can follow and slower, with a fan or without. */
@@ -529,11 +583,13 @@ int main(void)
 		cmocka_unit_test(bang_bang_stays_within_its_hysteresis_and_the_delay),
 		cmocka_unit_test(power_has_a_limit),
 		cmocka_unit_test(other_gains_make_no_jump),
+		cmocka_unit_test(without_an_integral_gain_nothing_is_held),
 		cmocka_unit_test(a_target_that_cannot_be_is_refused_and_the_old_one_stays),
 		cmocka_unit_test(what_is_not_ready_is_not_switched_on_and_is_no_fault),
 		cmocka_unit_test(a_target_of_before_its_start_is_not_taken),
 		cmocka_unit_test(nothing_is_taken_before_there_is_a_temperature),
 		cmocka_unit_test(who_commands_it_is_gone),
+		cmocka_unit_test(who_commanded_it_is_gone_though_another_one_came),
 		cmocka_unit_test(a_profile_is_followed),
 		cmocka_unit_test(a_disturbance_is_no_fault),
 		cmocka_unit_test(a_step_that_comes_too_soon_is_none),

@@ -67,12 +67,39 @@ static void a_relay_is_off_at_once_and_owes_nothing(void **state)
 	/* not for a moment, while the stop lasts */
 	for (int i = 0; i < 1000; i++, now += 100 * MS)
 		assert_false(switching_step(&output, 1, true, now));
-	/* full power that has had no effect for hours is not made up for */
-	for (int i = 0; i < 100000; i++, now += 100 * MS)
-		switching_step(&output, 1, false, now);
-	for (int i = 0; i < 300; i++, now += 100 * MS)
-		switching_step(&output, 0, false, now);
-	assert_false(output.on);
+}
+
+static double seconds_on(struct switching *output, double power, uint64_t now)
+{
+	double on = 0;
+
+	for (int i = 0; i < 3000; i++, now += 100 * MS)
+		on += 0.1 * switching_step(output, power, false, now);
+	return on;
+}
+
+/* Its controller has been at a limit, as one that switches is all the time. */
+static void a_relay_follows_full_power_and_none_as_soon_as_it_may(void **state)
+{
+	static const double less[] = { 0, 0.1, 0.5 };
+	const uint64_t least = 60000 * MS, began = 1000 * MS;
+
+	(void)state;
+	for (int i = 0; i < 3; i++) {
+		struct switching output = { .least_ns = least };
+		uint64_t now = began;
+
+		assert_true(switching_step(&output, 1, false, now));
+		for (; now < began + 10 * least; now += 100 * MS)
+			assert_true(switching_step(&output, 1, false, now));
+		/* it has been on for longer than it has to */
+		assert_false(switching_step(&output, less[i], false, now));
+		/* but no change is sooner than it may be */
+		for (now += 100 * MS; now < began + 11 * least; now += 100 * MS)
+			assert_false(switching_step(&output, 1, false, now));
+		assert_true(switching_step(&output, 1, false, now));
+		assert_true(fabs(seconds_on(&output, 0, now + 100 * MS) - 60) < 0.2);
+	}
 }
 
 static void a_supply_is_not_overloaded(void **state)
@@ -173,6 +200,7 @@ int main(void)
 		cmocka_unit_test(a_relay_gives_the_mean_in_long_pulses),
 		cmocka_unit_test(a_fast_output_keeps_the_mean_too),
 		cmocka_unit_test(a_relay_is_off_at_once_and_owes_nothing),
+		cmocka_unit_test(a_relay_follows_full_power_and_none_as_soon_as_it_may),
 		cmocka_unit_test(a_supply_is_not_overloaded),
 		cmocka_unit_test(any_supply_is_used_and_not_overloaded),
 		cmocka_unit_test(a_fan_runs_when_it_may_be_hot),
