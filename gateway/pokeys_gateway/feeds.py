@@ -184,6 +184,11 @@ class Subscriber:
         """It has the whole state of this serial number; None: it has none."""
         self._slot, self._last = None, serial
 
+    @property
+    def lacks(self) -> bool:
+        """It has no state that a difference fits, and none waits for it."""
+        return self._last is None and not self._slot
+
     def offer(self, tick: Tick) -> None:
         """A newer state. Never waits."""
         if self._slot:
@@ -282,6 +287,8 @@ class Feed:
         changed = difference(self.status, now)
         full = self._clock() >= self._full_at
         self.status = now
+        # who has joined in between may have been shown a value that is gone again
+        full = full or (not changed and any(one.lacks for one in self.subscribers))
         if not changed and not full:
             return None
         if full:

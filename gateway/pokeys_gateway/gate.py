@@ -51,6 +51,14 @@ def is_loopback(address: str) -> bool:
         return False
 
 
+def exact(address: str) -> str:
+    """The address as it is compared: of two that write the same one differently. Of no address: as it is."""
+    try:
+        return plain(address)
+    except ValueError:
+        return address
+
+
 def host_of(address: str) -> str:
     """What counts as one client: with IPv6, a host has a whole network of addresses."""
     try:
@@ -221,7 +229,7 @@ class Gate:
         """`rate`: bytes a second that are read of a connection."""
         self.clock = clock
         self.rate = rate
-        self._proxies = frozenset(map(host_of, proxies))
+        self._proxies = frozenset(map(exact, proxies))     # not what counts as one client: neighbours are no proxy
         self.make: Callable[[], Any] = asyncio.Protocol     # aiohttp's protocol, when the door is open
         self.refused = 0
         self.late = 0               # connections that were closed because nothing came or was taken
@@ -238,7 +246,7 @@ class Gate:
 
     def admit(self, one: _Connection) -> bool:
         """Is there room for it?"""
-        near = one.loopback or host_of(one.address) in self._proxies
+        near = one.loopback or exact(one.address) in self._proxies
         # behind a proxy, nobody comes past it
         if (self._proxies and not near) or len(self) >= CONNECTIONS_MOST or (
                 self._addresses[host_of(one.address)] >= OF_AN_ADDRESS and not near):

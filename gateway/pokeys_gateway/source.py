@@ -46,21 +46,26 @@ class Source:
 
         Raises pokeys.LibraryMissing.
         """
-        trouble = ""
         try:
             names = pokeys.devices(self.runtime)
-            if not names:
-                trouble = f"no daemon in {self.runtime}; is pokeysd running?"
-            for name in names:
-                if name not in self._devices:
-                    self._attach(name)
-            if names:
-                self._forget(set(self._devices) - set(names))
         except pokeys.LibraryMissing:
             raise
         except (pokeys.Error, OSError) as error:
-            trouble = str(error)
-        self.trouble = trouble
+            self.trouble = str(error)
+            return
+        troubles = []
+        for name in names:
+            if name not in self._devices:
+                # one that cannot be read keeps nobody from the others
+                try:
+                    self._attach(name)
+                except (pokeys.Error, OSError) as error:
+                    troubles.append(str(error))
+        if names:
+            self._forget(set(self._devices) - set(names))
+        else:
+            troubles = [f"no daemon in {self.runtime}; is pokeysd running?"]
+        self.trouble = "; ".join(troubles)
 
     def _attach(self, name: str) -> None:
         device = pokeys.attach(name, runtime=self.runtime)

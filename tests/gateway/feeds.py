@@ -307,6 +307,15 @@ async def who_joins_gets_the_state_of_this_moment():
         subscriber.offer(tick)
         found = json.loads(await read(subscriber))["params"]
         assert (found[2]["full"], found[0]["mill"]["values"].get("a")) == (whole, 1 if whole else None), found
+    # or to exactly what the feed has: then there is no difference
+    last, before = feeds.Subscriber(), source.devices["mill"]
+    source.devices["mill"] = {**before[0], "a": 8}, ""
+    _feed, status = all_of_them.join(wish, last)
+    source.devices["mill"] = before
+    tick = feed.tick(source.look(wish))
+    last.offer(tick)
+    assert status["mill"]["values"]["a"] == 8 and json.loads(await read(last))["params"][0]["mill"]["values"]["a"] == 1
+    assert feed.tick(source.look(wish)) is None, "that was enough"
     all_of_them.close()
 
 

@@ -3,8 +3,13 @@
 """The gateway's hub: it goes on whatever happens while it looks for devices; late loops are counted."""
 import asyncio
 import logging
+import pathlib
 import sys
+import tempfile
 import threading
+import time
+import types
+import unittest.mock
 
 
 class Lines(logging.Handler):
@@ -31,6 +36,50 @@ async def looking_goes_on():
         await asyncio.sleep(0.01)
     await one.close()
     assert [line for line in heard.lines if "looking for devices" in line] == 2 * ["looking for devices"], heard.lines
+
+
+def a_device_that_cannot_be_read_keeps_nobody_from_the_others():
+    names, broken = ["a", "b", "c"], {"b"}
+
+    def attach(name, runtime):
+        if name in broken:
+            raise pokeys.Refused(f"{name}: another version")
+        return types.SimpleNamespace(name=name, close=lambda: None)
+    with unittest.mock.patch.multiple(pokeys, devices=lambda runtime: list(names), attach=attach):
+        one = source.Source("/nowhere")
+        one.look()
+        assert (one.names(), one.trouble) == (["a", "c"], "b: another version"), (one.names(), one.trouble)
+        # one that has gone is forgotten meanwhile
+        names.remove("a")
+        one.look()
+        assert one.names() == ["c"]
+        broken.clear()
+        one.look()
+        assert (one.names(), one.trouble) == (["c", "b"], "")
+        names.clear()
+        one.look()
+        assert one.names() == ["c", "b"] and one.trouble == "no daemon in /nowhere; is pokeysd running?"
+
+
+def only_a_proxy_itself_is_one():
+    """Of IPv6, a whole network counts as one client, and none of its other hosts is the proxy."""
+    one = gate.Gate(("fd00:0::2", "192.0.2.2"))
+    for address, taken in (("fd00::2", True), ("fd00::3", False), ("fd00::2%eth0", True), ("::ffff:192.0.2.2", True),
+                           ("192.0.2.3", False)):
+        assert one.admit(types.SimpleNamespace(loopback=False, address=address, transport=object())) == taken, address
+    who = session.Session(config.Config(behind_proxy=("fd00:0::2",)), None)
+    for peer, seen in (("fd00::2", "192.0.2.7"), ("fd00::3", "fd00::/64")):
+        request = types.SimpleNamespace(remote=peer, headers=multidict.CIMultiDict({"X-Forwarded-For": "192.0.2.7"}))
+        assert who.address(request) == seen, (peer, who.address(request))
+
+
+def a_process_is_measured_where_the_rest_of_proc_is_hidden():
+    """As in the unit, of which ProcSubset= leaves nothing but processes."""
+    with tempfile.TemporaryDirectory() as folder:
+        (pathlib.Path(folder) / "self").symlink_to("/proc/self")
+        found = {one.name: one.samples[0].value for one in metrics.OwnProcess(proc=folder, registry=None).collect()}
+    assert found["process_resident_memory_bytes"] > 1e6 and found["process_open_fds"] > 2, found
+    assert abs(found["process_start_time_seconds"] - time.time()) < 3600, found
 
 
 def lag_is_told_once_in_a_while():
@@ -73,7 +122,10 @@ async def few_wait_for_a_disk():
 
 if __name__ == "__main__":
     try:
-        from pokeys_gateway import aside, config, hub, model
+        import multidict
+        import pokeys
+        from pokeys_gateway import aside, config, gate, hub, model, source
+        from pokeys_gateway.doors import metrics, session
     except ImportError as error:
         print(f"not tried: {error} (Debian: python3-aiohttp, python3-prometheus-client)", file=sys.stderr)
         sys.exit(77)
@@ -81,4 +133,7 @@ if __name__ == "__main__":
     logging.getLogger("pokeys-gateway").addHandler(heard)
     asyncio.run(asyncio.wait_for(looking_goes_on(), 60))
     asyncio.run(asyncio.wait_for(few_wait_for_a_disk(), 60))
+    a_device_that_cannot_be_read_keeps_nobody_from_the_others()
+    only_a_proxy_itself_is_one()
+    a_process_is_measured_where_the_rest_of_proc_is_hidden()
     lag_is_told_once_in_a_while()

@@ -6,6 +6,7 @@ pokeys_up 0 and no process values, so that a graph has a gap instead of a line t
 """
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import accumulate, groupby
@@ -37,6 +38,13 @@ from ..source import Reading
 from .rpc import Rpc
 
 BUCKETS_AN_OCTAVE = 4       # of the daemon's histograms; every octave is one bucket here
+
+
+class OwnProcess(ProcessCollector):
+    """Memory, processor time and descriptors of this process, also where a unit hides the rest of /proc."""
+
+    def _boot_time(self) -> float:
+        return time.time() - time.clock_gettime(time.CLOCK_BOOTTIME)
 
 
 @dataclass(frozen=True)
@@ -323,7 +331,7 @@ class Metrics:
     def __init__(self, hub: Hub, gate: Gate, rpc: Rpc, access: Access, console: Console) -> None:
         self._registry = CollectorRegistry(auto_describe=False)
         self._registry.register(Values(hub, gate, rpc, access, console))
-        ProcessCollector(registry=self._registry)
+        OwnProcess(registry=self._registry)
         PlatformCollector(registry=self._registry)
         GCCollector(registry=self._registry)
 

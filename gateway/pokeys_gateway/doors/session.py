@@ -10,7 +10,7 @@ from aiohttp import web
 
 from ..access import Access, Denied, TooMany, Who
 from ..config import Config
-from ..gate import host_of, is_loopback, plain
+from ..gate import exact, host_of, is_loopback, plain
 from .answer import complaint, good
 
 COOKIE = "pokeys-session"
@@ -32,11 +32,11 @@ class Session:
         self._access = access
         self._cookie_name = cookie
         self._judges = judges
-        self._proxies = frozenset(map(host_of, config.behind_proxy))
+        self._proxies = frozenset(map(exact, config.behind_proxy))
 
     def _behind(self, request: web.Request) -> bool:
         """Does it come from a proxy of ours?"""
-        return host_of(request.remote or "") in self._proxies
+        return exact(request.remote or "") in self._proxies
 
     def address(self, request: web.Request) -> str:
         """Of the client, as what counts as one; behind a proxy, the one that the proxy has added."""
