@@ -6,13 +6,16 @@ import os
 import pathlib
 import random
 import re
+import tempfile
 import types
 
 import desk
 from operators import Fake, until
+from pokeys_gateway.console.router import OPEN_S
 from pokeys_gateway.gcode import blocks, commands
 from pokeys_gateway.gcode.machine import DUE_MOST, JOIN_S, KEPT, Machine
-from pokeys_gateway.gcode.parser import LINE_MOST, BadLine, BadWords, checksum, parse
+from pokeys_gateway.gcode.parser import LINE_MOST, BadLine, BadWords, checksum, is_summed, number_of, parse
+from pokeys_gateway.gcode.prefix import modes_before
 from pokeys_gateway.operate import Operators
 from pokeys_gateway.wire import NotDone
 
@@ -59,6 +62,10 @@ def lines_are_taken_apart():
         assert refusal(BadLine, parse, data) == why, data
     for data, why in WORDS:
         assert refusal(BadWords, parse(data).words) == why, data
+    for data, number in ((b" N12 M117 x", 12), (b"n-3G1", -3), (b"M105", None), (b"N", None), (b"N99999999999", None)):
+        assert number_of(data) == number, data
+    for data, summed in ((b"G1 X5*80", True), (b"G1 X5 * 80 ; there", True), (b"G1 X5", False), (b"M117 5*3", False), (b"G1 ; *80", False)):
+        assert is_summed(data) == summed, data
 
 
 def refusal(kind, call, *words):
@@ -77,12 +84,12 @@ BLOCKS = (
     (b"M3 S1000 G0 X1 Y2", "M3 S1000; G0 X1 Y2"), (b"S1000 M3", "M3 S1000"), (b"X1 G1", "G1 X1"), (b"G1. X1", "G1 X1"),
     (b"G0 (fast) X1 M5", "M5; G0 X1"), (b"M5 M30", "M5; M2"), (b"G92 X0 G90", "G90; G92 X0"), (b"M9 M5", "M5; M9"),
     (b"X5 Y-2.5", " X5 Y-2.5"), (b"X5 F600", " X5 F600"), (b"I1 J1", " I1 J1"), (b"F600", "F F600"), (b"M0 M5", "M5; M0"), (b"G1 X5 M0 P500", "G1 X5; M0 P500"), (b"G43 H1 Z5", "G43 H1;  Z5"), (b"G90 G94 G91.1", "G94; G90; G91.1"), (b"G91 X5", "G91;  X5"),
-    (b"G90 F600", "G90; F F600"), (b"N5 G90 G0 X1*%d" % checksum(b"N5 G90 G0 X1"), "G90; G0 X1"),
+    (b"T1 M6", "M6 T1"), (b"M6 T2", "M6 T2"), (b"M5 M6 T3", "M6 T3; M5"), (b"T1 G0 X5", "T T1; G0 X5"), (b"G90 F600", "G90; F F600"), (b"N5 G90 G0 X1*%d" % checksum(b"N5 G90 G0 X1"), "G90; G0 X1"),
 )
 BAD_BLOCKS = (
     (b"G0 G1 X5", "G0 and G1 cannot be in one line"), (b"G90 G91", "G90 and G91 cannot be in one line"),
     (b"G92 X0 G1", "G92 and G1 cannot be in one line"), (b"G28 X G90", "G28 needs a line of its own"), (b"G90 G28", "G28 needs a line of its own"),
-    (b"G1 X5 M112", "M112 needs a line of its own"), (b"T0 M6", "T needs a line of its own"), (b"G4 P1 M5", "G4 needs a line of its own"),
+    (b"G1 X5 M112", "M112 needs a line of its own"), (b"G4 P1 M5", "G4 needs a line of its own"),
     (b"G1 X5 M104 S200", "M104 needs a line of its own"), (b"G90 G1 X", "X needs a number"), (b"G90 G1 X5 S100", "no command in this line takes S"),
     (b"G90 G1 X1 X2", "X occurs twice"), (b"G90 G1 X2O", '"2O" is not a number'), (b"M5 G1 X5 Q1", "no command in this line takes Q"), (b"G80 X5", "G80 and a move without a command cannot be in one line"), (b"G1 X5 G", '"G" is not a command'),
     (b"G-.5 X1", '"G-.5" is not a command'),
@@ -115,6 +122,31 @@ def lines_have_several_commands_or_none():
                 continue
             assert found and all(one.name in (*commands.COMMANDS, blocks.MODAL, blocks.SPEED, "M7", "M8", "M9") and one.words() is not None
                                  for one in found), (line, found)
+
+
+# the beginning of a file; relative, relative_extruder, mm for a unit, mm/s, the tool, the last move
+BEFORE = (
+    (b"", (False, False, 1, None, 0, "")),
+    (b"G21\nM83\nG1 X1 F1200\nG0 Y1\n", (False, True, 1, 20, 0, "G0")),
+    (b"G20 G91 G01X1.F60\nG21\nT2\n", (True, True, 1, 25.4, 2, "G1")),
+    (b"G91\nG90\nM83\nM82 ; M83\n(G91) ; G20\nM117 G91 M83 T5\nN5 M118 G20*7\nG90.1 G91.1\n", (False, False, 1, None, 0, "")),
+    (b"g91\nf600 g3 x1 i1\nf0\n", (True, True, 1, 10, 0, "G3")), (b"G1 X1\nG91\nG80", (True, True, 1, None, 0, "")),
+    (b"G91\nM83\nG1 X1 F60\nM2\n", (False, False, 1, 1, 0, "")), (b"G1 X2 F60 " + 70000 * b" " + b"\n" + 9000 * b"G1 X1\n" + b"G0 Y1\n", (False, False, 1, 1, 0, "G0")),
+)
+
+
+def modes_of_the_lines_before_a_place():
+    with tempfile.TemporaryFile() as file:
+        for data, wanted in BEFORE:
+            file.truncate(0)
+            file.seek(0)
+            # what comes behind the place does not count
+            file.write(data + b"G20 G91 M83 T7 F6\n")
+            file.flush()
+            modes = modes_before(file.fileno(), len(data))
+            feed = modes.feed and modes.feed * modes.feed_scale
+            found = (modes.relative, modes.relative_extruder, modes.scale, feed, modes.tool, modes.motion)
+            assert found[:3] + found[4:] == wanted[:3] + wanted[4:] and (feed == wanted[3] or abs(feed - wanted[3]) < 1e-9), (data[:60], found)
 
 
 def any_bytes_are_a_line_or_refused():
@@ -245,6 +277,53 @@ async def numbers_are_in_order():
     # what is too long counts: it would be sent again for ever
     assert send(7, "M117 " + 300 * "x") == LONG.format("M117 " + 59 * "x") and send(8, "M105") == "ok\n"
     shop.table.quiet()
+
+
+async def what_is_too_long_or_has_no_end_is_not_carried_out():
+    shop = Shop(operate=False)
+    one, other = shop.table.client(), shop.table.client("b")
+    # it counts, however long it is, or it would be sent again for ever
+    assert shop.ask(one, numbered(1, "M117 " + 3000 * "x")) == LONG.format("N1 M117 " + 56 * "x")
+    assert shop.ask(one, numbered(2, "M105")) == "ok\n"
+    # noise has ended a line: its rest has a checksum, and no number
+    assert shop.ask(one, b"M105*%d\n" % checksum(b"N3 M105")) == "Error:No Line Number with checksum, Last Line: 2\nResend: 3\nok\n"
+    assert shop.ask(other, b"M105*37\n") == "ok\n", "who does not number has none"
+    # the network, or a person, keeps the rest of a line: half a number is another number
+    for who, text, said in ((other, b"M117 he", 'echo:not carried out, as it has no end: "M117 he"\nok\n'),
+                            (one, b"N3 M10", "Error:the line has no end, Last Line: 2\nResend: 3\nok\n")):
+        shop.table.send(who, text)
+        shop.table.run(OPEN_S + 3)
+        found = shop.table.take(who).decode()
+        assert found.endswith(said), found
+        assert shop.ask(who, b"5*1\nM105\n") == "ok\n", "only the next line"
+    # who goes away in the middle of one
+    shop.table.send(other, b"M999")
+    shop.table.run(2)
+    shop.table.router.leave(other)
+    shop.table.run()
+    assert shop.ask(one, numbered(3, "M105")) == "ok\n"
+    # but a stop is one
+    shop = Shop()
+    one = shop.table.client()
+    shop.table.send(one, b"M112")
+    shop.table.run(OPEN_S + 3)
+    assert [method for method, _ in shop.stops] == ["emergency_stop"]
+
+
+async def a_request_goes_on_with_the_modes_of_the_last_one():
+    """Over HTTP, each is a client of its own."""
+    shop = Shop(operate=False)
+
+    def lane(name, address, hears=False):
+        client = shop.table.client(name)
+        client.address, client.hears = address, hears
+        return shop.machine._lane(client)
+    lane("1", "192.0.2.1").modes.relative = True
+    assert lane("2", "192.0.2.1").modes.relative and not lane("3", "192.0.2.2").modes.relative
+    assert not lane("4", "192.0.2.1", hears=True).modes.relative, "a connection has its own"
+    for i in range(100):
+        lane(str(i), f"192.0.2.{i % 90 + 100}")
+    assert not lane("5", "192.0.2.1").modes.relative, "they are not kept for ever"
 
 
 async def turn():
@@ -446,7 +525,7 @@ async def temperatures_are_those_of_heaters():
     assert shop.ask(gone, b"M155 S0.5\n") == "ok\n"
     gone._level = lambda: ""    # its log-in has ended
     await asyncio.sleep(0.6)
-    assert shop.table.take(gone) == b"" and gone not in shop.machine._reports
+    assert shop.table.take(gone) == b"" and gone not in shop.machine._reports._next
     assert shop.ask(one, b"M155 S60\n").endswith("ok\n") and shop.ask(one, b"M155 S0\n") == "ok\n"
     assert shop.ask(other, b"M155 S0.5\n") == "ok\n"
     await shop.machine.close()
@@ -496,7 +575,9 @@ def main():
     lines_are_taken_apart()
     lines_have_several_commands_or_none()
     any_bytes_are_a_line_or_refused()
-    for test in (the_asker_gets_the_reply, numbers_are_in_order, a_stop_is_confirmed_or_said_not_to_be,
+    modes_of_the_lines_before_a_place()
+    for test in (the_asker_gets_the_reply, numbers_are_in_order, what_is_too_long_or_has_no_end_is_not_carried_out,
+                 a_request_goes_on_with_the_modes_of_the_last_one, a_stop_is_confirmed_or_said_not_to_be,
                  nothing_is_wrong_with_a_stop, many_stops, a_stop_gets_through, temperatures_are_those_of_heaters,
                  places_are_measured):
         asyncio.run(test())

@@ -64,9 +64,10 @@ def test_a_file_is_carried_out():
             do(one, "G90", "G0 X1 Y1", "M400", f"M26 {words}", "M24")
             one.until("Done printing")
             assert places(shop)[:2] == [0, 0], words
-        # what was set before that is not set
-        do(one, "M26 L8", "M24")
-        assert one.until("Error:")[-1] == "Error:square.gcode, line 8: no feed rate yet; add F with units/min; the job has ended"
+        # what lines before that have set applies
+        do(one, "G0 X1 Y1", "M400", "M26 L8", "M24")
+        one.until("Done printing")
+        assert places(shop)[:2] == [0, 0]
         assert one.ask("M26 L13")[0] == "Error:M26: square.gcode: the file has 11 lines"
         assert one.ask("M26 S9999")[0].startswith("Error:M26: needs S and a byte")
         # a job that waits is ended by it, as hosts have it
@@ -85,11 +86,11 @@ def test_a_file_is_carried_out():
         # what must not be left out
         place = places(shop)[0]
         for text, line, why in ((b"G1 X1 F600\nG5 X2 I1\n", 2, '"G5 X2 I1" cannot be carried out: there is no such command'),
-                                (b"G90\nX5 Y5\nG1 X6\n", 2, '"X5 Y5" needs a G0, G1, G2 or G3 before it'), (b"G17\nG40\nG49\nG54\nG80\nG94\nG18\n", 7, "there is none of that here; what follows would be carried out in another way"), (b"T1\n", 1, "there is no hot end T1"),
-                                (b"M6 T1\n", 1, '"M6 T1" cannot be carried out: there is no such command'), (b"\0\0G1 X1\n", 1, "cannot be carried out: there is no such command"),
+                                (b"G90\nX5 Y5\nG1 X6\n", 2, '"X5 Y5" needs a G0, G1, G2 or G3 before it'), (b"G17\nG40\nG49\nG54\nG80\nG94\nG18\n", 7, "there is none of that here; what follows would be carried out in another way"),
+                                (b"\0\0G1 X1\n", 1, "cannot be carried out: there is no such command"),
                                 (b"G90 G28 X\n", 1, "G28 needs a line of its own"), (b"G90 G1 X5 M600\n", 1, "M600 needs a line of its own"),
-                                (b"M5 G0 Z5\n", 1, "mill has no axis Z; there are: X Y E"), (b"T0 M6\n", 1, "T needs a line of its own"),
-                                (b"M104 T0 S0\n", 1, "there is no hot end T0"), (b"M98 P1\n", 1, '"M98 P1" cannot be carried out: there is no such command'),
+                                (b"M5 G0 Z5\n", 1, "mill has no axis Z; there are: X Y E"), (b"T0 M104 S0\n", 1, "M104 needs a line of its own"),
+                                (b"M104 T0 S0\n", 1, "there is no hot end T0"), (b"T1\nM98 P1\n", 2, "there is none of that here; what follows would be carried out in another way"),
                                 (b"G1 X1\rG1 X2\n", 1, "a carriage return is in the middle of it"),
                                 (b"; " + 9000 * b"x" + b"\r\nM117 " + 300 * b"x", 2, "a line has at most 256 characters")):
             (shop.folder / "odd.gcode").write_bytes(text)
@@ -106,9 +107,9 @@ def test_a_file_is_judged_before_its_job_begins():
                    end=b"G1 X.1 F6000\nM2\nM600\n", low=b"g4 p0\ng5 x1\n",
                    mill=b"%\r\nN10 G21 (mm)\r\nN20 G90\r\nN30 G1 X0.1 F6000\r\nN40 M30\r\n%\r\n") as shop:
         one = shop.one
-        assert one.ask("M32 late.gcode")[0] == ('Error:M32: late.gcode, line 9002: "M600" cannot be carried out: there is no such command; '
-                                                "the job has not begun")
-        assert one.ask("M32 comment.gcode")[0].startswith('Error:M32: comment.gcode, line 18005: "M600" ')
+        assert one.ask("M32 late.gcode")[0] == ("Error:M32: late.gcode, line 9002: there is none of that here; what follows would be "
+                                                "carried out in another way; the job has not begun")
+        assert one.ask("M32 comment.gcode")[0].startswith("Error:M32: comment.gcode, line 18005: there is none of that here; ")
         assert one.ask("M32 low.gcode")[0].startswith('Error:M32: low.gcode, line 2: "g5 x1" ')
         assert not shop.house.state()["moves"]["taken"] and one.ask("M27") == ["Not SD printing", "ok"]
         # also from there
@@ -228,7 +229,7 @@ def test_a_file_is_written_by_a_client():
 
 
 def test_a_job_waits_and_needs_no_client():
-    with shop_with(long=LONG, wrong=b"G91\nG1 X1 F6000\nG1 X1 F0\nG1 X1\n", axis=b"G91\nG1 Z5 F6000\n",
+    with shop_with(long=LONG, wrong=b"G91\nG1 X1 F6000\nG1 X1 F-1\nG1 X1\n", axis=b"G91\nG1 Z5 F6000\n",
                    stop=b"M112\n") as shop:
         one, other = shop.one, Client(shop.house)
         begin(one, "long.gcode")
@@ -242,10 +243,20 @@ def test_a_job_waits_and_needs_no_client():
         assert other.ask("M30 long.gcode")[0] == "Error:M30: a job of this file is under way"
         do(other, "M24")
         wait_for("it goes on", lambda: other.ask("M27")[1] != line)
+        # as OctoPrint cancels one, while its line waits for room in the queue
+        wait_for("the queue is full", lambda: shop.house.state()["moves"]["waiting"] == 32)
+        do(other, "M25")
+        other.ask("M27")
+        said = other.ask("M26 S0")
+        assert re.match("echo:long.gcode has ended at line .*: ended by M26", said[0]) and said[-1] == "ok", said
+        assert other.ask("M410")[-1] == "ok"
+        begin(other, "long.gcode")
+        under_way(other, 40)
         said = other.ask("M524")
         assert re.match(r"echo:long.gcode has ended at line \d+ \(byte \d+ of \d+\): stopped", said[0]), said
         assert shop.house.state()["moves"]["waiting"] == 0
-        assert other.ask("M524")[0] == "Error:M524: no job is under way"
+        for line in "M524", "M25":
+            assert other.ask(line) == [f"echo:{line}: no job is under way", "ok"]
         do(other, "M400")
         # a line that cannot be carried out ends it, and is said
         before = places(shop)[0]

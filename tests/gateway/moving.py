@@ -108,12 +108,17 @@ def test_positions():
         # what is not there, and what is odd
         assert one.ask("G1 Z1") == ["Error:G1: mill has no axis Z; there are: X Y E", "ok"]
         assert one.ask("G1 X F1") == ["Error:G1: X needs a number", "ok"]
-        assert one.ask("G1 F0") == ["Error:G1: F must be greater than 0", "ok"]
+        do(one, "G1 F0")
+        assert one.ask("G1 F-1") == ["Error:G1: F must be greater than 0", "ok"]
         assert re.match("Error:G1: .* further than the device can count", one.ask("G1 X999999999")[0])
         do(one, "M220 S50")
         assert one.ask("M220") == ["FR:50%", "ok"]
         assert one.ask("M220 S201")[0].startswith("Error:M220: the feed override must be 0 to 200 percent")
-        do(one, "M84")
+        # those that are named
+        do(one, "M84 X", "M400")
+        assert [axis["enabled"] for axis in shop.house.state()["engine"]["axes"][:3]] == [False, True, True]
+        assert one.ask("M84 S60") == ["echo:S is not kept: what is not used is switched off by itself", "ok"]
+        do(one, "M18 A X", "M84 Y E")
         nobody_commands(shop)
 
 
@@ -136,7 +141,15 @@ def test_lines_of_cam_programs():
         # a speed is no move, and what follows a command that does not exist does not belong to the last move
         do(one, "G2 X1 Y1 I1", "F5000", "X0 Y0 I-1", "M400")
         assert places(shop) == [0, 0, 0], places(shop)
-        assert one.ask("G38.2 X9")[0].startswith("echo:Unknown command") and one.ask("X9")[0].startswith("Error:line: ")
+        for line in "G38.2 X9", "G81 X9", "G999 X9":
+            do(one, "G0 X0")
+            assert one.ask(line)[0].startswith("echo:Unknown command" if "999" in line else f"Error:{line.split()[0]}: there is none of that here")
+            assert one.ask("X9")[0].startswith("Error:line: "), line
+        # a tool is changed by a person
+        one.send(b"T2 M6\n")
+        assert one.until("echo:busy: paused")[0] == "echo:M6 T2: it waits; M108 lets it go on"
+        assert other.ask("M108")[-1] == "ok"
+        one.until("ok")
         # nothing of a line is done if something of it cannot be
         assert one.ask("G91 G1 Z1") == ["Error:G91: mill has no axis Z; there are: X Y E", "ok"]
         do(one, "G0 X0.5", "X1", "G80", "M400")
@@ -279,6 +292,30 @@ def test_a_refused_move_spoils_what_comes_after_it():
         assert places(shop)[:2] == [1200, 0], places(shop)
 
 
+def test_lines_that_are_missing_may_have_ended_g91():
+    with mill() as shop:
+        one, other = shop.one, Client(shop.house)
+        why = ["lines of G91 were not carried out: send G90 or G91 before the next move", "ok"]
+        for end in "a mistake", "a stop":
+            do(one, "G91")
+            one.send(b"G1 Z1 F600\nG90\n" if end == "a mistake" else b"G1 X9 F60\nM400\nG90\n")
+            if end == "a stop":
+                moves(shop)
+                assert other.ask("M410")[-1] == "ok"
+                one.until("error: your lines are not taken")
+                time.sleep(2.5)     # who may be in the middle of a program is not heard until then
+            else:
+                assert [one.until("ok")[0][:6] for _ in range(2)] == 2 * ["Error:"]
+            before = places(shop)
+            assert one.ask("G1 X1 F600")[-2:] == [f"Error:G1: {why[0]}", "ok"], end
+            assert places(shop) == before
+            do(one, "G91", "G1 X1 F600", "G90", "M400")
+            # nothing is missing of who sends one line after the other
+            do(one, "G91")
+            assert one.ask("G1 Z1")[0].startswith("Error:G1: ")
+            do(one, "G1 Y1", "G90", "M400")
+
+
 def test_the_gateway_dies():
     for number in signal.SIGKILL, signal.SIGSTOP:
         with mill() as shop:
@@ -317,6 +354,10 @@ def test_home_switches_are_found():
         at = places(shop)[0] / 200
         do(one, f"G1 X{at + 5:.3f} F6000", "M400")
         assert abs(places(shop)[0] / 200 - at - 5) < 0.01
+        # those that are homed need no search; what follows of other firmwares is no axis
+        before = places(shop)
+        do(one, "G28 X Y O", "G28 O R5 X0 Y0")
+        assert places(shop) == before
         # a stop ends the search
         one.send(b"G28 X\n")
         moves(shop)

@@ -86,9 +86,12 @@ def test_fans_and_a_spindle():
         assert ask("M999") == ["ok"] and ask("M106 S1") == ["ok"]
         become(one, False, False, True, 0.0, 0.0)
         for line, said in (("M106 P2", "Error:M106: there is no fan P2; fan in [machine] has 2"),
-                           ("M106 S256", "Error:M106: S must be 0 to 255"),
+                           ("M106 S-1", "Error:M106: S must be 0 to 255"),
                            ("M3 S24001", "Error:M3: the spindle's speed must be 0 to 24000 revolutions per minute")):
             assert ask(line)[0] == said, ask(line)
+        # more than all of it, as of some slicers
+        assert ask("M106 P1 S300") == ["ok"]
+        become(one, False, False, True, 0.0, 1.0)
         assert ask("M3 S100") == ["ok"]
         os.kill(one.gateway.child.pid, signal.SIGKILL)
         become(one, *off)

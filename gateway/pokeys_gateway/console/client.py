@@ -42,6 +42,7 @@ class Client:
         self.lines = 0              # that it has sent
         # of the machine: forget what is under way, and count the lines; those of clients that it knows by clients
         self.on_stop: Callable[[], Mapping[Client | None, int]] = dict
+        self.on_forgotten: Callable[[Client], None] = lambda client: None       # ... lines that it never had
         self.on_data: Callable[[Client], None] = lambda client: None
         self.take_urgent: Callable[[Client, bytes], bytes] = lambda client, data: data
         self.on_room: Callable[[], None] = lambda: None

@@ -214,7 +214,8 @@ class Router:
                 at = start
         if client.last_at < client.deaf_until:
             client.deaf_until = client.last_at + DEAF_S
-            client.forget()
+            if client.forget() and self.machine:
+                self.machine.on_forgotten(client)
         self._wake(client)
 
     def _take_urgent(self, client: Client, data: bytes) -> bytes:
@@ -286,12 +287,16 @@ class Router:
         self.stops += 1
         under_way = self.machine.on_stop()
         lines += client.forget_held() if client else 0
+        if client and lines:
+            self.machine.on_forgotten(client)
         lines += sum(under_way.values()) + self.machine.outbox.clear(urgent=False)
         for one in self.clients:
             if one is client:
                 continue
             forgotten = one.forget()
             lines += forgotten
+            if forgotten:
+                self.machine.on_forgotten(one)
             if forgotten or under_way.get(one):
                 one.deaf_until = (client.last_at if client else now) + DEAF_S
                 self.tell(one, DEAF)

@@ -20,8 +20,8 @@ MODAL = ""                  # in place of a name: repeat the last move command
 SPEED = "F"                 # in place of a name: a speed without a move
 # One of each may be in a line; they are carried out in this order.
 _GROUPS = (
-    ("G93", "G94", "G95"), ("M3", "M4", "M5"), ("M7", "M8", "M9"), ("G17", "G18", "G19"), ("G20", "G21"),
-    ("G40", "G41", "G42"), ("G43", "G49"), ("G54", "G55", "G56", "G57", "G58", "G59"), ("G90", "G91"),
+    ("G93", "G94", "G95"), ("T",), ("M6",), ("M3", "M4", "M5"), ("M7", "M8", "M9"), ("G17", "G18", "G19"),
+    ("G20", "G21"), ("G40", "G41", "G42"), ("G43", "G49"), ("G54", "G55", "G56", "G57", "G58", "G59"), ("G90", "G91"),
     ("G90.1", "G91.1"), ("M82", "M83"), (CANCEL,), (MODAL, SPEED, *MOTION, "G92"), ("M0", "M1", "M2", "M30"),
 )
 _RANK = {name: rank for rank, names in enumerate(_GROUPS) for name in names}
@@ -29,7 +29,8 @@ _OF_AXES = (*MOTION, "G92")
 _TEXTS = ("M0", "M1", "M30")                # alone in a line, what stands behind them is a text
 _WAYS = frozenset(LETTERS + "IJKR")         # words that belong to a move
 _WORDS = dict.fromkeys((MODAL, *MOTION), LETTERS + "FIJKPR") | {
-    SPEED: "F", "G92": LETTERS, "M3": "S", "M4": "S", "M0": "PS", "M1": "PS", "G41": "D", "G42": "D", "G43": "H"}
+    SPEED: "F", "T": "T", "M6": "T", "G92": LETTERS, "M3": "S", "M4": "S", "M0": "PS", "M1": "PS",
+    "G41": "D", "G42": "D", "G43": "H"}
 _CODE = re.compile(r"\+?(\d{1,5})(?:\.(\d*))?", re.A)
 
 
@@ -50,6 +51,8 @@ def parts(line: Line) -> list[Line]:
     names, words = _apart(line)
     if line.name and names == [line.name] and not _moves_too(line.name, words):
         return [line]
+    if "M6" in names:
+        names = [name for name in names if name != "T"]
     for name in names:
         if name not in _RANK:
             raise BadWords(f"{name} needs a line of its own")
@@ -95,10 +98,9 @@ def _apart(line: Line) -> tuple[list[str], dict[str, str]]:
             if not code:
                 raise BadWords(f'"{letter}{number}" is not a command')
             names.append(f"{letter}{int(code[1])}" + (f".{code[2]}" if code[2] else ""))
-        elif letter == line.name:       # T
-            names.append(letter)
         elif letter in words:
             raise BadWords(f"{letter} occurs twice")
         else:
+            names += [letter] * (letter == line.name)       # T
             words[letter] = number
     return names, words

@@ -32,13 +32,13 @@ from .blocks import MODAL, MOTION
 from .lane import Job, Modes
 from .lines import ALL, CHUNK, find, good, unusual, unusual_of
 from .parser import LINE_MOST, BadLine, BadWords, Line, parse
+from .prefix import modes_before
 
 SAVE_S = 5.0                # from one note of the progress to the next
 CLOSE_S = 2.0               # for the last note
 NAMED_MOST = 8              # unknown commands, at the end
 NOTE = ".job"
 JUDGED_MOST = 32            # lines at once, before a job begins
-NEEDED = ("M6", "M98", "M600")         # without these, the next move is a mistake
 END, DELETE = "M2", "M30"   # a program may end with M30, too; with the name of a file, that deletes it
 # lines of a file have numbers for people
 _NUMBER = re.compile(rb"[ \t]*[Nn][ \t]*\d+[ \t]*")
@@ -153,6 +153,7 @@ class Card:
         self._name = ""                     # of the selected file; "": none
         self._made = (0, 0)                 # its size, and when it was changed
         self._at = self._line = 0           # how far the job has come: bytes, lines
+        self._modes = Modes()               # it begins with
         self._job: asyncio.Task[None] | None = None
         self._go_on = asyncio.Event()
         self._between = False               # the job waits between two lines
@@ -244,13 +245,13 @@ class Card:
             wanted, least = (byte, 0) if line is None else (line, 1)
             if wanted is None or wanted != int(wanted) or not least <= wanted <= max(1, self._made[0]):
                 raise BadWords("needs S and a byte, or L and the number of a line")
-            if self._between:
+            if self._job and not self._go_on.is_set():
                 self.abort("ended by M26")
             self._need_no_job()
             if not self._name:
                 raise NotDone("no file is selected; M23 and its name select one")
             lines = None if line is None else int(line) - 1
-            self._at, self._line = await self.aside(self._find, self._name, self._made, lines, int(wanted))
+            self._at, self._line, self._modes = await self.aside(self._find, self._name, self._made, lines, int(wanted))
 
     async def remove(self, name: str) -> str:
         """M30."""
@@ -310,7 +311,7 @@ class Card:
         self._need_no_job()
         self._name = ""     # M24 must not begin another one if this fails
         found, made = await self.aside(self._look, name)
-        self._name, self._made, self._at, self._line = found, made, 0, 0
+        self._name, self._made, self._at, self._line, self._modes = found, made, 0, 0, Modes()
         return f"File opened: {found} Size: {made[0]}\nFile selected"
 
     async def _start(self, job: Job) -> None:
@@ -331,7 +332,8 @@ class Card:
 
     async def _look_through(self) -> None:
         """:class:`NotDone` if a line can never be carried out: better now than in the middle of the job."""
-        at, number, moves, pattern = self._at, self._line, False, unusual_of("".join(self.axes()))
+        at, number, moves = self._at, self._line, bool(self._modes.motion)
+        pattern = unusual_of("".join(self.axes()))
         while True:
             lines, at, count = await self.aside(self._unusual, self._name, self._made, at, pattern if moves else ALL)
             for i, (line, data) in enumerate(lines):
@@ -352,7 +354,7 @@ class Card:
                 return
 
     async def _print(self) -> None:
-        modes, unknown = Modes(), dict[str, None]()
+        modes, unknown = self._modes, dict[str, None]()
         text, error = "", True
         try:
             with contextlib.suppress(_Ended):
@@ -395,7 +397,7 @@ class Card:
         if line.name == DELETE and not line.arguments:
             line = replace(line, name=END)
         judged = self.judge(line)
-        if any(not known and (one.name[:1] != "M" or one.name in NEEDED) for one, known in judged):
+        if any(not known and one.name[:1] != "M" for one, known in judged):
             raise NotDone(f'"{line.text[:LINE_MOST]}" cannot be carried out: there is no such command')
         return judged
 
@@ -432,7 +434,7 @@ class Card:
         if self._saving:
             self._saving.cancel()
             self._saving = None
-        self._at = self._line = 0
+        self._at, self._line, self._modes = 0, 0, Modes()
         self._generation += 1
         self._note(None)
         _LOG.log(logging.WARNING if error else logging.INFO, "%s", text)
@@ -521,11 +523,13 @@ class Card:
         finally:
             os.close(file)
 
-    def _find(self, name: str, made: tuple[int, int], lines: int | None, byte: int) -> tuple[int, int]:
-        """The place behind so many lines, or at the beginning of the line that this byte is in: its byte and line."""
+    def _find(self, name: str, made: tuple[int, int], lines: int | None, byte: int) -> tuple[int, int, Modes]:
+        """The place behind so many lines, or at the beginning of the line that this byte is in: its byte and line, and
+        what the lines before it have set."""
         file = self._open(name, made)
         try:
-            return find(file, lines, byte)
+            at, line = find(file, lines, byte)
+            return at, line, modes_before(file, at)
         finally:
             os.close(file)
 

@@ -152,12 +152,14 @@ def _refused(_operation: Operation, _line: Line) -> None:
 
 
 async def _refuse(operation: Operation, job: Job) -> None:
+    job.modes.motion = ""       # words of axes that follow belong to it
     _refused(operation, job.line)
 
 
 def _tool_of(operation: Operation, line: Line) -> int:
     tool = line.words().get("T") or 0.0
-    if tool:        # without heaters, there is one tool all the same
+    # the tools of other machines are for people
+    if tool and any(heater.letter.startswith(heating.HOT_END) for heater in operation.heating.all()):
         operation.heating.find(heating.HOT_END, tool)
     return int(tool)
 
@@ -201,7 +203,7 @@ def _wait(what: str) -> Command:
 async def _end_program(operation: Operation, job: Job) -> None:
     """M2, as RS274/NGC has it: the spindle stands, and positions are absolute."""
     await _when_still(operation, operation.outputs.stand)
-    job.modes.relative = job.modes.relative_extruder = False
+    job.modes.relative = job.modes.relative_extruder = job.modes.doubt = False
     job.modes.motion = ""
 
 
@@ -222,6 +224,11 @@ async def _show(operation: Operation, job: Job) -> None:
     operation.show(job.line.argument)
 
 
+async def _change(operation: Operation, job: Job) -> None:
+    await _when_still(operation, operation.outputs.stand)
+    await operation.wait(job)
+
+
 async def _tell(operation: Operation, job: Job) -> None:
     operation.tell(job.line.argument)
 
@@ -238,6 +245,11 @@ def _name(job: Job) -> str:
 
 async def _store(_operation: Operation, _job: Job) -> str:
     raise NotDone("nothing is being written")
+
+
+def _files(_hub: Hub, operation: Operation | None) -> str:
+    """Hosts look for these words."""
+    return "echo:SD card ok" if operation and operation.files else "echo:No SD card"
 
 
 def _progress(_hub: Hub, operation: Operation | None) -> str:
@@ -293,31 +305,38 @@ COMMANDS = {
         ("G17", "arcs are in the XY plane"), ("G40", "no compensation of a tool's radius"),
         ("G49", "no offset for a tool's length"), ("G54", "the first coordinate system"), ("G80", "no canned cycle"),
         ("G91.1", "centres of arcs are relative"), ("G94", "speeds are in units/min"))},
-    # what follows them would be carried out in another way than they say
+    # what follows them would be carried out in another way than they say, or from another place
     **{name: Command(f"{what}: refused", work=_does(_refuse), judge=_refused) for name, what in (
         ("G18", "arcs are in the XZ plane"), ("G19", "arcs are in the YZ plane"), ("G41", "a tool's radius"),
         ("G42", "a tool's radius"), ("G43", "a tool's length"), ("G55", "another coordinate system"),
         ("G56", "another coordinate system"), ("G57", "another coordinate system"),
         ("G58", "another coordinate system"),
         ("G59", "another coordinate system"), ("G90.1", "centres of arcs are absolute"),
-        ("G93", "times in place of speeds"), ("G95", "speeds for each revolution"))},
+        ("G93", "times in place of speeds"), ("G95", "speeds for each revolution"),
+        ("G10", "places of coordinate systems and tools"), ("G33", "a thread"), ("G38.2", "a probe"),
+        ("G38.3", "a probe"), ("G38.4", "a probe"), ("G38.5", "a probe"), ("G52", "another coordinate system"),
+        ("G53", "positions of the machine"), ("G73", "a canned cycle"), ("G76", "a thread"),
+        *((f"G{number}", "a canned cycle") for number in range(81, 90)),
+        ("M98", "a subprogram"), ("M600", "change the filament"))},
+    "M6": Command("stop the spindle when all moves have ended, and wait as M0: for another tool", text=True,
+                  work=_does(_change)),
     "G20": Command("units are inches", work=_mode(scale=INCH)),
     "G21": Command("units are millimetres", work=_mode(scale=1.0)),
-    "G28": Command("axes: find their home switches, one after the other; without axes: all but E",
+    "G28": Command("axes: find their home switches, one after the other; without axes: all but E; O: not if homed",
                    work=_does(lambda operation, job: operation.motion.home(job)),
                    moves=True, judge=_axes_of),
-    "G90": Command("positions are absolute", work=_mode(relative=False, relative_extruder=False)),
-    "G91": Command("positions are relative", work=_mode(relative=True, relative_extruder=True)),
+    "G90": Command("positions are absolute", work=_mode(relative=False, relative_extruder=False, doubt=False)),
+    "G91": Command("positions are relative", work=_mode(relative=True, relative_extruder=True, doubt=False)),
     "G92": Command("axes and numbers: these are their positions from now on",
                    work=_does(lambda operation, job: operation.motion.set_place(job)),
                    moves=True, judge=_axes_of),
     "M17": Command("enable all axes, or those that are named",
                    work=_does(lambda operation, job: operation.motion.enable(job)), moves=True),
-    "M18": Command("wait until all axes stand still, then disable them",
-                   work=_does(lambda operation, _job: operation.motion.disable()), moves=True),
+    "M18": Command("wait until all axes stand still, then disable them, or those that are named",
+                   work=_does(lambda operation, job: operation.motion.disable(job.line.words())), moves=True),
     "M20": Command("list the files",
                    work=_does(lambda operation, _job: operation.card.listing()), commands=False, in_files=False),
-    "M21": Command("nothing has to be done for files: ok"),
+    "M21": Command("show whether there is a folder of files", _files),
     "M22": Command("nothing has to be done for files: ok"),
     "M23": Command("a name: select a file",
                    work=_does(lambda operation, job: operation.card.select(_name(job))),
@@ -337,7 +356,7 @@ COMMANDS = {
                    in_files=False, text=True),
     "M82": Command("positions of E are absolute", work=_mode(relative_extruder=False)),
     "M83": Command("positions of E are relative", work=_mode(relative_extruder=True)),
-    "M84": Command("as M18", work=_does(lambda operation, _job: operation.motion.disable()), moves=True),
+    "M84": Command("as M18", work=_does(lambda operation, job: operation.motion.disable(job.line.words())), moves=True),
     "M104": _heat(heating.HOT_END, "S and degrees C: set the target of a hot end, T0 or T and its number"),
     "M105": Command("show temperatures, targets and powers of heaters", _of(report.trouble), _of(report.temperatures),
                     at_once=True),

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .card import Storing
 
 LANE_MOST = 8               # lines that wait; the client's next ones stay with the router
+KEPT_MOST = 64
 BUSY_S = 2.0
 BUSY = "echo:busy: processing"
 
@@ -29,12 +30,35 @@ class Modes:
         self.feed_scale = 1.0               # mm for each of them
         self.tool = 0                       # hot end
         self.motion = ""                    # the last one of G0 to G3
+        self.doubt = False                  # G90 may be among the lines that were not carried out
+
+    def interrupt(self) -> None:
+        """Lines were not carried out: the next move has to name its command, and after G91 its mode."""
+        self.motion = ""
+        self.doubt = self.doubt or self.relative
 
     def set_feed(self, number: float) -> None:
-        """F: units/min. :class:`BadWords`."""
-        if not number > 0:
+        """F: units/min; 0 changes nothing. :class:`BadWords`."""
+        if number < 0:
             raise BadWords("F must be greater than 0")
+        if number == 0:
+            return
         self.feed, self.feed_scale = number / 60, self.scale
+
+
+class Kept:
+    """Modes of clients that come again with each request, by user and address."""
+
+    def __init__(self) -> None:
+        self._modes: dict[tuple[str, str], Modes] = {}
+
+    def of(self, client: Client) -> Modes:
+        """Those of its last request."""
+        key = client.who.name if client.who else "", client.address
+        self._modes[key] = modes = self._modes.pop(key, None) or Modes()
+        if len(self._modes) > KEPT_MOST:
+            del self._modes[next(iter(self._modes))]
+        return modes
 
 
 @dataclass(frozen=True)
@@ -88,9 +112,11 @@ class Lane:
         if not self._task:
             self._task = asyncio.get_running_loop().create_task(self._go())
 
-    def skip(self) -> None:
-        """A line has failed: those that are here already count on it."""
+    def skip(self, lines: int) -> None:
+        """A line has failed: those that are here already count on it, and so many have been discarded."""
         self._skips = len(self._jobs)
+        if self._skips > 1 or lines:
+            self.modes.interrupt()
 
     def has(self, job: Job) -> bool:
         """It is still under way."""
@@ -118,6 +144,8 @@ class Lane:
         self._jobs.clear()
         self._skips = 0
         self.modes.motion = ""      # the next move has to name its command
+        if lines > 1:
+            self.modes.interrupt()
         if self._task:
             self._task.cancel()
             self._task = None

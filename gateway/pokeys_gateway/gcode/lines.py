@@ -49,7 +49,7 @@ def unusual_of(axes: str) -> re.Pattern[bytes]:
     return re.compile(rb"^(?!" + usual + rb"$).+$", re.M)
 
 
-def _whole_lines(file: int, at: int) -> bytes:
+def whole_lines(file: int, at: int) -> bytes:
     """Some lines from there on; nothing at the file's end."""
     data = os.pread(file, CHUNK, at)
     end = data.rfind(b"\n") + 1
@@ -62,7 +62,7 @@ def _whole_lines(file: int, at: int) -> bytes:
 def unusual(file: int, at: int, pattern: re.Pattern[bytes]) -> tuple[list[tuple[int, bytes]], int, int]:
     """Lines from there on that have to be judged, without comments and the first of each kind, with their numbers from
     1; how far that goes, and how many lines that are: 0 at the file's end."""
-    data = _whole_lines(file, at)
+    data = whole_lines(file, at)
     found: dict[bytes, int] = {}
     counted = counted_to = 0
     for line in pattern.finditer(data):

@@ -37,10 +37,12 @@ from .commands import (
     switches_off,
 )
 from .holder import STOPPED
-from .lane import Job, Lane, Modes
+from .lane import Job, Kept, Lane, Modes
 from .linuxcnc import PAUSE, RUN, LinuxCnc
+from .numbering import Numbering
 from .operation import Operation
-from .parser import LINE_MOST, BadLine, BadWords, Line, parse
+from .parser import LINE_MOST, BadLine, BadWords, Line, is_summed, number_of, parse
+from .reports import Reports
 
 NAME = "PoKeys devices"
 TAKE = 1 << 20              # bytes at once: all that the router lets wait
@@ -49,7 +51,6 @@ SHOWN = 64                  # characters of a line in a message
 JOIN_S = 0.1                # a stop so soon after the same one is the same
 NOW_MOST = 64               # lines that go past others
 DUE_MOST = 64               # replies to stops that a client can wait for
-REPORT_S = 0.5, 60.0        # from one report of temperatures to the next
 LAST_S = 2.0                # for stops under way when the gateway ends
 TOO_LONG = f"echo:not carried out: a line has at most {LINE_MOST} characters: "
 NO_STOP = ("the gateway may not operate LinuxCNC ([linuxcnc] operate = no), and commands no device ([machine] device); "
@@ -85,8 +86,8 @@ def _remember(part: Line, modes: Modes) -> None:
         modes.motion = ""       # what follows belongs to another command
 
 
-def _too_long(text: str) -> str:
-    return f'{TOO_LONG}"{text.strip()[:SHOWN]}"'
+def _shown(data: bytes) -> str:
+    return data.decode("utf-8", "replace").strip()[:SHOWN]
 
 
 @dataclass
@@ -105,17 +106,19 @@ class Machine:
         self._router = console.router
         self._client = console.machine(NAME, KEPT)
         self._client.on_stop = self._forget
+        self._client.on_forgotten = self._forgotten
         self._client.outbox.on_put = self._take
         self._hub = hub
         self._taken: deque[Message] = deque()
         self._begun = bytearray()       # a line that has no end yet
         self._long = False              # more of it came than is kept
         self._asker: Client | None = None       # whose it is
-        self._last: WeakKeyDictionary[Client, int] = WeakKeyDictionary()        # number of a client's last line
+        self._numbers = Numbering()
         self._stops: dict[str, _Stop] = {}      # the last one of each kind
         self._under_way: set[asyncio.Future[None]] = set()
-        self._reports: WeakKeyDictionary[Client, asyncio.TimerHandle] = WeakKeyDictionary()     # the next ones
+        self._reports = Reports(self._router.hears, self._report)
         self._lanes: WeakKeyDictionary[Client, Lane] = WeakKeyDictionary()
+        self._kept = Kept()
         device = hub.config.machine_device
         self._operation = Operation(hub, device, self._halt, self._router.tell_all) if device else None
         self._linuxcnc = LinuxCnc(hub, self._router.tell_all) if hub.config.operate and not device else None
@@ -127,7 +130,6 @@ class Machine:
             console.about = self._operation.about
             console.store = self._operation.store
             console.jog = self._operation.jog
-        self._closed = False
 
     def open(self) -> None:
         """Look for what another gateway has left."""
@@ -138,9 +140,7 @@ class Machine:
 
     async def close(self) -> None:
         """Stops that are under way have a moment to get through."""
-        self._closed = True
-        for timer in self._reports.values():
-            timer.cancel()
+        self._reports.close()
         for task in self._now:
             task.cancel()
         if self._under_way:
@@ -162,10 +162,19 @@ class Machine:
         if self._operation:
             self._operation.abort(STOPPED)
         while self._taken:
-            self._taken.popleft().release()
+            message = self._taken.popleft()
+            self._forgotten(message.origin)
+            message.release()
+        if self._begun:
+            self._forgotten(self._asker)
         self._begun.clear()
         self._long = False
         return lines
+
+    def _forgotten(self, asker: Client | None) -> None:
+        """Lines of it are not carried out."""
+        if asker and (lane := self._lanes.get(asker)):
+            lane.modes.interrupt()
 
     def _clear_lanes(self, why: str) -> dict[Client | None, int]:
         """Discard the lines that wait, and count them. A client that does not hear the stop gets a reply."""
@@ -198,9 +207,12 @@ class Machine:
 
     def _feed(self, message: Message) -> None:
         """Join the parts of a line. The router sends no other line between them, and may end the line itself."""
+        data = message.data
+        if message.origin is None and data == b"\n":
+            self._cut()
+            return
         if not self._begun:
             self._asker = message.origin
-        data = message.data
         # the router has told of it, and has ended a line that was begun
         told = STOP.match(data.removeprefix(b"\n")) is not None and data.startswith(b"\n")
         while end := _END.search(data):
@@ -212,6 +224,22 @@ class Machine:
             if self._asker and line:
                 self._line(self._asker, line, too_long, told, message.request)
         self._keep(data)
+
+    def _cut(self) -> None:
+        """The router has ended a line, as its sender has not: half a number is another number."""
+        line, asker = bytes(self._begun), self._asker
+        self._begun.clear()
+        self._long = False
+        if not asker or not line:
+            return
+        if STOP.match(line):
+            self._line(asker, line, False, False, 0)
+            return
+        self._spoil(asker, "a line has no end")
+        if asker in self._numbers:
+            self._tell(asker, self._numbers.resend(asker, BadLine("the line has no end")), 0)
+        else:
+            self._tell(asker, f'echo:not carried out, as it has no end: "{_shown(line)}"\nok', 0)
 
     def _keep(self, data: bytes) -> None:
         """More of the line that is begun."""
@@ -226,13 +254,16 @@ class Machine:
             if found := STOP.match(data):
                 self._stop(asker, f"M{found[1].decode()}", data, told, request)
             elif too_long:
-                self._spoil(asker)
-                self._tell(asker, f"{_too_long(data.decode('utf-8', 'replace'))}\nok", request)
+                # its checksum is not known, and the same line would be as long again
+                self._numbers.count(asker, number_of(data))
+                self._spoil(asker, "a line is too long")
+                self._tell(asker, f'{TOO_LONG}"{_shown(data)}"\nok', request)
             elif line := parse(data):
+                if line.number is None and asker in self._numbers and is_summed(data):
+                    raise BadLine("No Line Number with checksum")
                 self._carry_out(asker, line, request)
         except BadLine as why:
-            last = self._last.get(asker, 0)
-            self._tell(asker, f"Error:{why}, Last Line: {last}\nResend: {last + 1}\nok", request)
+            self._tell(asker, self._numbers.resend(asker, why), request)
         except Exception as why:
             self._tell(asker, self._reason(asker, why), request)
 
@@ -248,17 +279,14 @@ class Machine:
         return "Error:internal error of the gateway; see its log\nok"
 
     def _carry_out(self, asker: Client, line: Line, request: int) -> None:
-        last = self._last.get(asker, 0)
-        if line.name != RENUMBER and line.number is not None:
-            if line.number != last + 1:
-                raise BadLine("Line Number is not Last Line Number+1")
-            self._last[asker] = line.number
+        if line.name != RENUMBER:
+            self._numbers.count(asker, line.number)
         if len(line.text) > LINE_MOST:
-            self._spoil(asker)
-            self._tell(asker, f"{_too_long(line.text)}\nok", request)
+            self._spoil(asker, "a line is too long")
+            self._tell(asker, f'{TOO_LONG}"{_shown(line.text.encode())}"\nok', request)
             return
         if line.name == RENUMBER:
-            self._renumber(asker, line)
+            self._numbers.renumber(asker, line)
         command = COMMANDS.get(line.name)
         linuxcnc = self._linuxcnc if self._linuxcnc and self._linuxcnc.takes(line) else None
         if line.name == END_JOB and (self._linuxcnc or (self._operation and self._operation.running)):
@@ -267,7 +295,7 @@ class Machine:
         if command and (command.work or (command.act and command.commands)) and not self._operation and not linuxcnc:
             self._tell(asker, self._reason(asker, NotDone(NO_DEVICE), line.name), request)
             return
-        lane = self._lanes.setdefault(asker, Lane(self._work, functools.partial(self._room, ref(asker))))
+        lane = self._lane(asker)
         storing = self._storing(asker, lane, line)
         works = self._works(line)
         job = Job(asker, line, lane.modes, functools.partial(self._tell, asker, request=request), storing)
@@ -284,6 +312,14 @@ class Machine:
                 self._router.hold(asker, True)
             return
         self._tell(asker, self._reply(asker, line), request)
+
+    def _lane(self, asker: Client) -> Lane:
+        lane = self._lanes.get(asker)
+        if not lane:
+            lane = self._lanes[asker] = Lane(self._work, functools.partial(self._room, ref(asker)))
+            if not self._router.hears(asker):
+                lane.modes = self._kept.of(asker)
+        return lane
 
     def _goes_past(self, linuxcnc: LinuxCnc, lane: Lane, name: str) -> bool:
         """A pause and its end do not wait for the line that is paused."""
@@ -322,11 +358,11 @@ class Machine:
                 return None
         return storing
 
-    def _spoil(self, asker: Client) -> None:
-        """A line of it is missing."""
+    def _spoil(self, asker: Client, why: str) -> None:
+        """A line of its file is missing."""
         lane = self._lanes.get(asker)
         if lane and lane.storing:
-            lane.storing.spoil("a line is too long")
+            lane.storing.spoil(why)
 
     @staticmethod
     def _spoil_of(whose: ReferenceType[Lane]) -> None:
@@ -337,7 +373,7 @@ class Machine:
     def _reply(self, asker: Client, line: Line) -> str:
         """To a command that takes no time."""
         if line.name == AUTOREPORT:
-            self._report_from_now(asker, line)
+            self._reports.begin(asker, line)
         if self._linuxcnc and line.name in ("M27", "M108", "M114"):
             return self._of_linuxcnc(self._linuxcnc, line.name)
         if not line.text:
@@ -350,7 +386,7 @@ class Machine:
             try:
                 command.act(self._operation)
             except NotDone as why:
-                return self._reason(asker, why, line.name)
+                return f"echo:{line.name}: {why}\nok"      # there was nothing to do
         if line.name == STATE and self._operation and self._operation.halted:
             return f"{command.run(self._hub, None)}\necho:{self._operation.halted}; {RESUME} permits commands again\nok"
         before, behind = command.run(self._hub, self._operation), command.answer(self._hub, self._operation)
@@ -403,8 +439,9 @@ class Machine:
             failed = bool(job.storing or linuxcnc or self._works(job.line))
             job.tell(self._reason(job.asker, why, (name or "line") if failed else ""))
             if failed and not job.storing and job.asker.connected:
-                lane.skip()
-                if lines := job.asker.forget():
+                lines = job.asker.forget()
+                lane.skip(lines)
+                if lines:
                     self._tell(job.asker, f"echo:not carried out, as a line before them has failed: {lines} lines", 0)
 
     def _works(self, line: Line) -> bool:
@@ -485,43 +522,10 @@ class Machine:
             self._operation.abort(why)
         self._router.tell_all(f"Error:{why}; {RESUME} permits commands again")
 
-    # ---- reports of temperatures
-
-    def _report_from_now(self, asker: Client, line: Line) -> None:
-        seconds = line.words().get("S")
-        least, most = REPORT_S
-        if seconds is None or (seconds != 0 and not least <= seconds <= most):
-            raise BadWords(f"{AUTOREPORT} takes S and seconds, {least:g} to {most:g}, or 0")
-        if not self._router.hears(asker):
-            raise BadWords(f"{AUTOREPORT} needs a lasting connection; use M105 instead")
-        if timer := self._reports.pop(asker, None):
-            timer.cancel()
-        if seconds:
-            self._report_in(asker, seconds)
-
-    def _report_in(self, asker: Client, seconds: float) -> None:
-        if not self._closed:
-            self._reports[asker] = asyncio.get_running_loop().call_later(seconds, self._report, ref(asker), seconds)
-
-    def _report(self, whose: ReferenceType[Client], seconds: float) -> None:
+    def _report(self, asker: Client) -> None:
         """What is missing is said by M105."""
-        asker = whose()
-        if not asker:
-            return
-        self._reports.pop(asker, None)
-        if not self._router.hears(asker):
-            return
-        self._report_in(asker, seconds)
         if text := report.temperatures(self._hub):
             self._tell(asker, f" {text}", 0)
-
-    def _renumber(self, asker: Client, line: Line) -> None:
-        number = line.words().get("N", line.number)
-        if number is None:
-            return
-        if abs(number) >= 1e9 or number != int(number):
-            raise BadWords(f"{RENUMBER} takes a whole number of at most 9 digits")
-        self._last[asker] = int(number)
 
     # ---- stops
 
@@ -530,7 +534,7 @@ class Machine:
             self._router.halt(asker)
         try:
             line = parse(data)
-            self._last[asker] = line.number if line and line.number is not None else self._last.get(asker, 0)
+            self._numbers.set(asker, line.number if line else None)
         except BadLine:
             pass
         if not self._hub.config.operate and not self._operation:

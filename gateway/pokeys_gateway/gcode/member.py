@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import pokeys
@@ -45,6 +45,7 @@ class Member:
     acceleration: float = math.inf      # units/s^2
     least: float = -math.inf    # soft limits, units
     most: float = math.inf
+    homed: bool = False
 
 
 def members(state: pokeys.State) -> dict[str, Member]:
@@ -54,6 +55,11 @@ def members(state: pokeys.State) -> dict[str, Member]:
         if member.letter in LETTERS and len(member.letter) == 1:
             found.setdefault(member.letter, member)
     return {letter: found[letter] for letter in LETTERS if letter in found}
+
+
+def axes_in(words: Iterable[str], there: Container[str]) -> list[str]:
+    """The axes that a line names. W stands for something else, such as a levelling, where there is no such axis."""
+    return [letter for letter in words if letter in LETTERS and (letter != "W" or letter in there)]
 
 
 def numbers(job: Job) -> dict[str, float]:
@@ -140,7 +146,7 @@ def _motors(state: pokeys.State) -> Iterator[Member]:
                      not state[at + "home-state"], trouble, speed=float(state[at + "max-rate"] or math.inf),
                      acceleration=float(state[at + "max-rate-change"] or math.inf),
                      least=_limit(state, at + "min-position", -math.inf),
-                     most=_limit(state, at + "max-position", math.inf))
+                     most=_limit(state, at + "max-position", math.inf), homed=bool(state[at + "homed"]))
 
 
 def _axes(state: pokeys.State) -> Iterator[Member]:
@@ -162,4 +168,5 @@ def _axes(state: pokeys.State) -> Iterator[Member]:
         still = bool(state[at + "at-counts-cmd"]) and not state[at + "parked"]
         yield Member(str(state[at + "name"]).upper(), False, index, scale, commanded / scale, counts, mode, enabled,
                      still, trouble, bool(limits), float(state[at + "max-rate"] or math.inf) / abs(scale),
-                     float(state[at + "max-rate-change"] or math.inf) / abs(scale), *_soft_limits(state, at, scale))
+                     float(state[at + "max-rate-change"] or math.inf) / abs(scale), *_soft_limits(state, at, scale),
+                     homed=bool(state[at + "homed"]))

@@ -13,7 +13,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import functools
-from collections.abc import AsyncGenerator, Callable, Iterable, Mapping
+from collections.abc import AsyncGenerator, Iterable, Mapping
 from dataclasses import replace
 
 import pokeys
@@ -24,9 +24,10 @@ from ..hub import Hub
 from ..wire import NotDone
 from .holder import Holder, each
 from .lane import Job, Modes
-from .member import EXTRUDER, LETTERS, LINEAR, TRIPPED, Member, modes_of, nudge_of, numbers, path_speed
+from .member import EXTRUDER, LETTERS, LINEAR, TRIPPED, Member, axes_in, modes_of, nudge_of, numbers, path_speed
 from .member import members as members_of
 from .parser import BadWords
+from .patience import Patience
 
 QUEUE = 32                  # moves, with the one under way
 FRACTIONS = 256             # parts of a count
@@ -36,7 +37,6 @@ LOOK_S = 0.005
 ENABLE_S = 3.0
 NO_FEED = "no feed rate yet; add F with units/min"
 REST_S = 1.0                # what was enabled just now is at rest then
-STILL_S = 600.0             # so long may a path wait for something, such as a feed override of 0
 CANCEL_S = END_S = 5.0
 HOME_S = 125.0              # the device's own limit is 120 s
 DWELL_MOST_S = 3600.0
@@ -100,6 +100,8 @@ class Motion:
 
     async def go(self, given: Mapping[str, float], modes: Modes) -> None:
         """A move to these positions or by these ways, in mm; it waits for room in the queue."""
+        if modes.doubt:
+            raise NotDone("lines of G91 were not carried out: send G90 or G91 before the next move")
         await self._holder.take()
         # others must not wait for room in the queue because this one does
         while True:
@@ -173,7 +175,7 @@ class Motion:
         """M400: until all moves that there are have ended; if no others have come, until everything stands."""
         if not self._holder.held:
             return
-        progress = self._progress()
+        progress = Patience(self._holder.check, lambda: self.percent)
         moves = int(self._state()["moves.taken"])
         while True:
             state = self._state()
@@ -198,31 +200,43 @@ class Motion:
             self.shifts[letter] = self._begin_of(state, member) - words.get(letter, 0.0) * factor
 
     async def home(self, job: Job) -> None:
-        """G28: one after the other, in the order in which they are named."""
+        """G28: one after the other, in the order in which they are named; O: those that are not homed yet."""
         words = job.line.words()
         await self._holder.take()
         async with self._standing():
             members = members_of(self._state())
-            for letter in words:
+            named = axes_in(words, members) or [letter for letter in members if letter != EXTRUDER]
+            for letter in named:
                 self._member(members, letter)
-            for letter in [*words] or [letter for letter in LETTERS if letter in members and letter != EXTRUDER]:
-                await self._home(self._member(members, letter))
+            for letter in named:
+                member = self._member(members_of(self._state()), letter)
+                if not (member.homed and "O" in words):
+                    await self._home(member)
 
     async def enable(self, job: Job) -> None:
         """M17: those that are named, or all."""
         await self._holder.take()
         async with self._order:
             members = members_of(self._state())
-            named = [*job.line.words()]
+            named = axes_in(job.line.words(), members)
             await self._enable([self._member(members, letter) for letter in named or members])
 
-    async def disable(self) -> None:
-        """M18, M84: all, when they stand."""
+    async def disable(self, words: Mapping[str, object]) -> str:
+        """M18, M84: those that are named, or all, when they stand."""
+        if words.keys() == {"S"}:
+            return "echo:S is not kept: what is not used is switched off by itself"
         if not self._holder.held:
-            return
+            return ""
         async with self._standing():
-            self.forget()
-            await self._holder.stop({}, motion=True)
+            members = members_of(self._state())
+            named = {*axes_in(words, members)}
+            if not named or named >= self._on:
+                self.forget()
+                await self._holder.stop({}, motion=True)
+            else:
+                self._on -= named
+                await self._command([members[letter] for letter in members if letter in named], enable=False)
+        return ""
 
     @contextlib.asynccontextmanager
     async def _standing(self) -> AsyncGenerator[None, None]:
@@ -510,25 +524,10 @@ class Motion:
 
     async def _room(self) -> None:
         """Until the daemon's queue has a place."""
-        progress = self._progress()
+        progress = Patience(self._holder.check, lambda: self.percent)
         while int((state := self._state())["moves.waiting"]) >= QUEUE:
             progress(state)
             await asyncio.sleep(LOOK_S)
-
-    def _progress(self) -> Callable[[pokeys.State], None]:
-        """To be called with each state: :class:`NotDone` if nothing moves for long, unless that was commanded."""
-        loop = asyncio.get_running_loop()
-        last, since = (0, 0.0), loop.time()
-
-        def look(state: pokeys.State) -> None:
-            nonlocal last, since
-            self._holder.check()
-            mark = int(state["moves.waiting"]), sum(member.place for member in members_of(state).values())
-            if mark != last or self.percent == 0:
-                last, since = mark, loop.time()
-            elif loop.time() - since > STILL_S:
-                raise NotDone(f"nothing has moved for {STILL_S / 60:.0f} minutes")
-        return look
 
     async def _feed(self) -> None:
         outcome = await self._holder.order(OneShot.MOVES_CONTROL, index=MovesControl.FEED,

@@ -273,7 +273,7 @@ class Operation:
     async def _motors_off(self) -> None:
         """Nobody needs them: they would be held for ever."""
         try:
-            await self.motion.disable()
+            await self.motion.disable({})
             self._say(f"echo:motors and axes are disabled: no move came for {OFF_AFTER_S / 60:.0f} minutes")
         except NotDone as error:
             _LOG.debug("%s: %s", self.holder.device, error)

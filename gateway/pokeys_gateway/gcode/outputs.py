@@ -58,12 +58,12 @@ class Outputs:
     def fan_of(self, line: Line) -> tuple[int, float]:
         """Of M106: the fan's number, 0 if there are no fans; 0 to 255. :class:`NotDone`, :class:`BadWords`."""
         words = line.words()
-        number, speed = words.get("P") or 0.0, FULL if words.get("S") is None else words["S"] or 0.0
+        number, speed = words.get("P") or 0.0, FULL if words.get("S") is None else min(words["S"] or 0.0, FULL)
         if not self._fans:
             return 0, speed
         if number not in range(len(self._fans)):
             raise NotDone(f"there is no fan P{number:g}; fan in [machine] has {len(self._fans)}")
-        if not 0 <= speed <= FULL:
+        if speed < 0:
             raise BadWords(f"S must be 0 to {FULL:g}")
         return int(number), speed
 

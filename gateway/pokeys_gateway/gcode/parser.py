@@ -106,6 +106,18 @@ def parse(data: bytes) -> Line | None:
     return Line(number, name, text[command.end():].strip(), text)
 
 
+def number_of(data: bytes) -> int | None:
+    """The number of a line, of which only the beginning may be there."""
+    found = _NUMBER.match(data.strip())
+    return int(found[1]) if found and len(found[1]) <= DIGITS_MOST else None
+
+
+def is_summed(data: bytes) -> bool:
+    """Has the line a checksum?"""
+    body = data.partition(b";")[0].strip()
+    return not _TEXT.match(body) and _SUM.search(body) is not None
+
+
 def checksum(data: bytes) -> int:
     """The exclusive or of all bytes."""
     total = 0
