@@ -244,6 +244,8 @@ static void judge_now(struct heater *heater, uint64_t now_ns)
 	heater->condition = found;
 	if (!found && heater->target > 0)
 		found = watch(heater, now_ns);
+	else if (!found)
+		watch_rest(heater, now_ns);
 	if (!heater->fault && found && (heater->target > 0 || found == HEATER_OVER)) {
 		heater->fault = found;
 		end(heater);

@@ -136,6 +136,9 @@ struct heater {
 	double base;		/* from here, the lowest for base_ns */
 	uint64_t base_ns;	/* time at its highest power, or as much as longer with less */
 	uint64_t paused_ns;	/* it was switched off then; 0: it never heated, or was reset */
+	double begun;		/* calm, when it was switched on */
+	double peak;		/* the highest since then */
+	double risen;		/* each time before that, since base_ns began, K */
 	bool full;		/* the load is nearly all there is */
 	double full_base;	/* ... for full_ns, from here */
 	uint64_t full_ns;	/* likewise */

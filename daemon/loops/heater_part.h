@@ -17,8 +17,9 @@ enum heater_fault measure(struct heater *heater, uint64_t now_ns);
  */
 void watch_begin(struct heater *heater);
 
-/* Off, for some time; and by somebody who has seen to what was wrong. */
+/* Off, for some time, and a step of it; and by somebody who has seen to what was wrong. */
 void watch_pause(struct heater *heater);
+void watch_rest(struct heater *heater, uint64_t now_ns);
 void watch_forget(struct heater *heater);
 
 /* Find the gains: begin, and the power of a step while it runs. */

@@ -10,7 +10,8 @@
  * its supply does not suffice for all heaters. A new target begins neither window: a commander
  * that changes its mind every few seconds is watched like another one. Nor does a pause that is
  * shorter than a window, in which the sensor has not cooled: a thermostat that switches a heater
- * on and off around a sensor that fell out would never be found otherwise.
+ * on and off around a sensor that fell out would never be found otherwise. One whose sensor is in
+ * its place swings a little each time, also after it was switched off; that adds up.
  *
  * A window is as long as is configured, but at full power not much longer than the last rises
  * took: a hot end that rises by a kelvin in a third of a second needs no 40 s to be missed. All
@@ -29,22 +30,46 @@
 #define FULL 0.92			/* of the highest power: it is nearly all there is */
 #define NOT_FULL 0.85			/* ... and not any more */
 #define SLOWEST 0.25			/* ... for each second that passes */
+#define SWING 0.25			/* of rise: less is noise */
 #define LITTLE 0.1			/* of the highest power: it need not have an effect */
 
-static bool goes_on(const struct heater *heater)
+/* In all the times together, since base_ns began. Less than a part of it may be noise. */
+static bool has_swung(struct heater *heater)
 {
-	return heater->paused_ns &&
+	const double swing = heater->peak - heater->begun;
+
+	if (swing >= SWING * heater->config.rise)
+		heater->risen += swing;
+	return heater->risen >= heater->config.rise ||
+	       heater->peak >= heater->base + heater->config.rise ||
+	       heater->calm <= heater->peak - heater->config.rise;
+}
+
+static bool goes_on(struct heater *heater)
+{
+	return heater->paused_ns && heater->watched &&
 	       since(heater->paused_ns, heater->step_ns) < heater->config.window_ns &&
-	       !(heater->temperature <= heater->calm - heater->config.rise);
+	       !has_swung(heater);
+}
+
+static void begin_load(struct heater *heater)
+{
+	heater->begun = heater->peak = heater->calm;
+	heater->load = heater->press = 0;
+	heater->room = heater->config.power_most;
+	heater->full_ns = heater->whole_ns = 0;
 }
 
 void watch_begin(struct heater *heater)
 {
-	heater->watched = heater->warm = heater->full = false;
-	if (goes_on(heater))
+	heater->warm = heater->full = false;
+	if (goes_on(heater)) {
+		begin_load(heater);
 		return;
-	heater->cold = false;
+	}
+	heater->watched = heater->cold = false;
 	heater->base_ns = 0;
+	heater->risen = 0;
 	for (unsigned int i = 0; i < HEATER_RISES; i++)
 		heater->rise_ns[i] = 0;
 }
@@ -59,6 +84,18 @@ void watch_forget(struct heater *heater)
 	heater->paused_ns = 0;
 }
 
+static void calm_down(struct heater *heater, double seconds)
+{
+	heater->calm += (heater->temperature - heater->calm) * seconds / (CALM_S + seconds);
+	heater->peak = fmax(heater->peak, heater->calm);
+}
+
+void watch_rest(struct heater *heater, uint64_t now_ns)
+{
+	if (heater->watched)
+		calm_down(heater, (double)since(heater->step_ns, now_ns) / SECOND);
+}
+
 static void follow(struct heater *heater, uint64_t passed_ns)
 {
 	const double seconds = (double)passed_ns / SECOND;
@@ -68,13 +105,10 @@ static void follow(struct heater *heater, uint64_t passed_ns)
 	if (!heater->watched) {
 		heater->watched = true;
 		heater->calm = heater->temperature;
-		heater->load = 0;
-		heater->room = heater->config.power_most;
-		heater->press = 0;
-		heater->full_ns = heater->whole_ns = 0;
+		begin_load(heater);
 		return;
 	}
-	heater->calm += (heater->temperature - heater->calm) * seconds / (CALM_S + seconds);
+	calm_down(heater, seconds);
 	heater->load += (heater->power - heater->load) * seconds / (LOAD_S + seconds);
 	heater->room += (heater->available - heater->room) * seconds / (LOAD_S + seconds);
 	heater->press += (presses - heater->press) * seconds / (LOAD_S + seconds);
@@ -124,14 +158,21 @@ static void count_time(struct heater *heater, uint64_t passed_ns)
 	heater->whole_ns = has_all_power(heater) ? heater->whole_ns + passed_ns : 0;
 }
 
+static bool has_risen(const struct heater *heater)
+{
+	return heater->calm >= heater->base + heater->config.rise ||
+	       heater->risen + heater->calm - heater->begun >= heater->config.rise;
+}
+
 static enum heater_fault rises_while_cold(struct heater *heater)
 {
 	const bool cold = heater->calm < heater->target - heater->config.slack;
 
 	heater->warm = heater->warm || !cold;
-	if (!cold || !heater->cold || heater->calm >= heater->base + heater->config.rise) {
+	if (!cold || !heater->cold || has_risen(heater)) {
 		heater->base = heater->calm;
 		heater->base_ns = 0;
+		heater->risen = heater->begun - heater->calm;
 	}
 	heater->cold = cold;
 	heater->base = fmin(heater->base, heater->calm);

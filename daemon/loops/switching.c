@@ -4,9 +4,10 @@
  * shortest pulse is owed, and off when nothing is. So the mean is that of the power, and no
  * pulse is shorter than a relay likes it, but for one that a stop cuts off: that is never late.
  *
- * Full power and none are not made up for: whoever asks for full power gets it as soon as the
- * output may change, and whoever asks for none does not get what was owed before. A controller
- * that has left a limit would be answered with heat that it no longer asks for.
+ * Full power begins as soon as the output may change, and owes a shortest pulse as long as it
+ * lasts: with a little less the output stays on. When no power is asked for any more, what was
+ * owed is forgotten with the end of the pulse, or a controller that has just reached its target
+ * would get heat that it does not want.
  */
 
 #include "daemon/loops/switching.h"
@@ -26,6 +27,8 @@ bool switching_step(struct switching *output, double power, bool stop, uint64_t 
 
 	output->last_ns = now_ns;
 	output->owed += (power - on) * seconds;
+	if (power >= 1)
+		output->owed = least;
 	if (output->owed > OWED_MOST * least)
 		output->owed = OWED_MOST * least;
 	if (output->owed < -OWED_MOST * least)
@@ -36,7 +39,7 @@ bool switching_step(struct switching *output, double power, bool stop, uint64_t 
 	} else if (may_change) {
 		on = power >= 1 ||
 		     (power > 0 && (on ? output->owed > 0 : output->owed >= least));
-		if (output->on && (power >= 1 || power <= 0))
+		if (output->on && power <= 0)
 			output->owed = fmin(output->owed, 0);
 	}
 	if (on != output->on)

@@ -356,6 +356,19 @@ static void a_target_that_comes_and_goes_hides_nothing(void **state)
 		oven_run(&oven, 1);
 		oven_warm(&oven, 150);
 	}
+	/* one that keeps a temperature far from its target by itself is in order */
+	oven_init(&oven, &heater_usual, &sim_heat_bed);
+	oven.target = 60;
+	while (oven.heater.temperature < 50)
+		oven_step(&oven);
+	for (int i = 0; i < 36000; i++) {
+		if (oven.heater.temperature < 49.8)
+			oven.target = 100;
+		else if (oven.heater.temperature > 50.2)
+			oven.target = 0;
+		oven_step(&oven);
+		oven_expect_fault(&oven, HEATER_FINE);
+	}
 	/* one that is switched on and off all day, at random, is in order */
 	struct sim_prng prng;
 

@@ -81,25 +81,42 @@ static double seconds_on(struct switching *output, double power, uint64_t now)
 /* Its controller has been at a limit, as one that switches is all the time. */
 static void a_relay_follows_full_power_and_none_as_soon_as_it_may(void **state)
 {
-	static const double less[] = { 0, 0.1, 0.5 };
 	const uint64_t least = 60000 * MS, began = 1000 * MS;
+	struct switching output = { .least_ns = least };
+	uint64_t now = began;
 
 	(void)state;
-	for (int i = 0; i < 3; i++) {
-		struct switching output = { .least_ns = least };
-		uint64_t now = began;
+	for (; now < began + 10 * least; now += 100 * MS)
+		assert_true(switching_step(&output, 1, false, now));
+	/* it has been on for longer than it has to */
+	assert_false(switching_step(&output, 0, false, now));
+	/* but no change is sooner than it may be */
+	for (now += 100 * MS; now < began + 11 * least; now += 100 * MS)
+		assert_false(switching_step(&output, 1, false, now));
+	assert_true(switching_step(&output, 1, false, now));
+	assert_true(fabs(seconds_on(&output, 0, now + 100 * MS) - 60) < 0.2);
+}
 
-		assert_true(switching_step(&output, 1, false, now));
-		for (; now < began + 10 * least; now += 100 * MS)
-			assert_true(switching_step(&output, 1, false, now));
-		/* it has been on for longer than it has to */
-		assert_false(switching_step(&output, less[i], false, now));
-		/* but no change is sooner than it may be */
-		for (now += 100 * MS; now < began + 11 * least; now += 100 * MS)
-			assert_false(switching_step(&output, 1, false, now));
-		assert_true(switching_step(&output, 1, false, now));
-		assert_true(fabs(seconds_on(&output, 0, now + 100 * MS) - 60) < 0.2);
+/* A controller that comes from full power asks for a little less, now and then. */
+static void a_relay_loses_nothing_near_full_power(void **state)
+{
+	const uint64_t least = 60000 * MS;
+	struct switching output = { .least_ns = least };
+	double on = 0, wanted = 0;
+	struct sim_prng prng;
+	uint64_t now = 1000 * MS;
+
+	(void)state;
+	sim_prng_init(&prng, 20055);
+	for (int i = 0; i < 36000; i++, now += 100 * MS) {
+		const double power = fmin(1, 0.97 + 0.06 * sim_prng_unit(&prng));
+
+		wanted += power;
+		on += switching_step(&output, power, false, now);
 	}
+	assert_true(on > 0.97 * wanted);
+	/* and has soon got what it does not want any more */
+	assert_true(seconds_on(&output, 0.5, now) < 160 + 60);
 }
 
 static void a_supply_is_not_overloaded(void **state)
@@ -201,6 +218,7 @@ int main(void)
 		cmocka_unit_test(a_fast_output_keeps_the_mean_too),
 		cmocka_unit_test(a_relay_is_off_at_once_and_owes_nothing),
 		cmocka_unit_test(a_relay_follows_full_power_and_none_as_soon_as_it_may),
+		cmocka_unit_test(a_relay_loses_nothing_near_full_power),
 		cmocka_unit_test(a_supply_is_not_overloaded),
 		cmocka_unit_test(any_supply_is_used_and_not_overloaded),
 		cmocka_unit_test(a_fan_runs_when_it_may_be_hot),
