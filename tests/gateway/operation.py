@@ -69,6 +69,8 @@ class Place:
     def update(self, values, axes=None, servos=None):
         self.fake.do()
         self.renew()
+        if "pin.39.out" in values:
+            raise ValueError("pin.39.out: terminal 40 is not a digital output of this device")
         self.fake.updates.append((dict(values), dict(axes or {}), dict(servos or {})))
 
     def wait(self):
@@ -131,6 +133,15 @@ async def a_stop_while_the_place_is_taken():
         await until("the stop", lambda: not one.client.pending)
         assert said(one)[-1] == "ok" and 200 not in targets(one), one.fake.updates
         assert one.fake.updates[-1][0] == {"machine-is-on": False, "emergency-stop": True, **OFF}
+
+
+async def what_a_device_does_not_have_is_no_part_of_a_stop():
+    async with shop() as one:
+        await one.operation.holder.take()
+        await one.operation.holder.stop({"emergency-stop": True, "pin.39.out": False, "pin.30.out": False}, motion=True)
+        found = {name: value for values, _, _ in one.fake.updates for name, value in values.items()}
+        assert found == {"machine-is-on": False, "emergency-stop": True, "pin.30.out": False}, one.fake.updates
+        assert one.fake.updates[0][1].keys() == set(range(8)), "all axes"
 
 
 async def a_stop_in_the_middle_of_a_target():
@@ -523,7 +534,7 @@ def main():
     arcs_are_what_they_should_be()
     a_late_reading_is_no_fault()
     a_jog_ends_at_a_soft_limit()
-    for test in (a_stop_while_the_place_is_taken, a_stop_in_the_middle_of_a_target, a_lapse_is_no_chance_to_go_on,
+    for test in (a_stop_while_the_place_is_taken, what_a_device_does_not_have_is_no_part_of_a_stop, a_stop_in_the_middle_of_a_target, a_lapse_is_no_chance_to_go_on,
                  faults_and_what_is_not_seen, a_stop_and_the_permission_after_it, others_are_told,
                  a_fault_is_seen_while_others_move, heaters_that_nobody_needs_are_switched_off,
                  a_stop_while_the_spindle_is_being_switched_on, a_move_begins_where_the_last_one_ends, gains_are_searched_for,

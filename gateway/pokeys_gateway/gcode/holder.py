@@ -118,14 +118,21 @@ class Holder:
         ``motion``: also switch off the machine with all axes and servo motors.
         """
         command = self._commanding()
-        off = pokeys.Axis(0, 0, enable=False), pokeys.Servo(0.0, enable=False)
+        stands = pokeys.Axis(0, 0, enable=False), pokeys.Servo(0.0, enable=False)
+        axes = dict.fromkeys(range(AXES), stands[0]) if motion else None
+        servos = dict.fromkeys(range(SERVOS), stands[1]) if motion else None
+        first = {"machine-is-on": False} if motion else {}
 
         def both() -> None:
-            if motion:
-                command.update({"machine-is-on": False, **values}, axes=dict.fromkeys(range(AXES), off[0]),
-                               servos=dict.fromkeys(range(SERVOS), off[1]))
-            else:
-                command.update(values)
+            try:
+                command.update({**first, **values}, axes=axes, servos=servos)
+            except (KeyError, ValueError) as error:
+                # something that the device does not have must not keep the rest on
+                _LOG.warning("%s: while switching all off: %s", self.device, error)
+                command.update(first, axes=axes, servos=servos)
+                for name, value in values.items():
+                    with contextlib.suppress(KeyError, ValueError):
+                        command.update({name: value})
             command.wait()
         await self._do(both, always=True)
 
