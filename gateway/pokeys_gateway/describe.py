@@ -252,6 +252,7 @@ def _console(none: Schema) -> dict[str, tuple[str, Schema, Schema]]:
              "send": {**FLAG, "description": "Lines of this client go to the machine, after console.subscribe"}},
             device={"type": ["string", "null"], "description": "That G-code commands"}, heaters=_list(heater),
             axes={**_list(TEXT), "description": "Their letters"},
+            outputs={**_list({"type": "integer"}), "description": "Terminals of digital outputs that M42 may switch"},
             files={**FLAG, "description": "There is a folder of G-code files"},
             halted={"type": "string", "description": 'Why nothing is commanded until M999; "" = it is'},
             message={"type": "string", "description": "The text of the last M117"},

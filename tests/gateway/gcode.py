@@ -131,6 +131,8 @@ BEFORE = (
     (b"G20 G91 G01X1.F60\nG21\nT2\n", (True, True, 1, 25.4, 2, "G1")),
     (b"G91\nG90\nM83\nM82 ; M83\n(G91) ; G20\nM117 G91 M83 T5\nN5 M118 G20*7\nG90.1 G91.1\n", (False, False, 1, None, 0, "")),
     (b"g91\nf600 g3 x1 i1\nf0\n", (True, True, 1, 10, 0, "G3")), (b"G1 X1\nG91\nG80", (True, True, 1, None, 0, "")),
+    (b"T0\nM104 T1 S150\nM207 F5\nM0 G91 F5\nM6 T3\nM30\n", (False, False, 1, None, 0, "")),
+    (b"t1\nx1 f60\nM3 S5 G91 F120\n M05 g0 x1 M30\n", (False, False, 1, 2, 1, "")), (b"M104 S200 ; F6\nM4 F3\nF60\n", (False, False, 1, 1, 0, "")),
     (b"G91\nM83\nG1 X1 F60\nM2\n", (False, False, 1, 1, 0, "")), (b"G1 X2 F60 " + 70000 * b" " + b"\n" + 9000 * b"G1 X1\n" + b"G0 Y1\n", (False, False, 1, 1, 0, "G0")),
 )
 
@@ -319,8 +321,13 @@ async def a_request_goes_on_with_the_modes_of_the_last_one():
         client.address, client.hears = address, hears
         return shop.machine._lane(client)
     lane("1", "192.0.2.1").modes.relative = True
+    shop.table.router.leave(list(shop.table.router.clients)[-1])
     assert lane("2", "192.0.2.1").modes.relative and not lane("3", "192.0.2.2").modes.relative
     assert not lane("4", "192.0.2.1", hears=True).modes.relative, "a connection has its own"
+    # two requests of somebody at once change nothing for each other
+    one = lane("6", "192.0.2.3").modes
+    lane("7", "192.0.2.3").modes.relative = True
+    assert not one.relative
     for i in range(100):
         lane(str(i), f"192.0.2.{i % 90 + 100}")
     assert not lane("5", "192.0.2.1").modes.relative, "they are not kept for ever"

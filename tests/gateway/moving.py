@@ -313,7 +313,11 @@ def test_lines_that_are_missing_may_have_ended_g91():
             # nothing is missing of who sends one line after the other
             do(one, "G91")
             assert one.ask("G1 Z1")[0].startswith("Error:G1: ")
-            do(one, "G1 Y1", "G90", "M400")
+            do(one, "G1 Y1")
+            # but of a line with several commands
+            assert one.ask("G1 Z1 G90")[0].startswith("Error:G1: ")
+            assert one.ask("G1 X1")[0] == f"Error:G1: {why[0]}"
+            do(one, "G90", "M400")
 
 
 def test_the_gateway_dies():

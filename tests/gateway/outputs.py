@@ -54,6 +54,50 @@ def become(one, *wanted):
     wait_for(f"outputs {wanted}", lambda: outputs(one) == wanted, say=lambda: f"{outputs(one)} {one.house.log()}")
 
 
+def test_any_digital_output():
+    lamp, free = 34, 35
+    with shop(*MILL, **{"digital-outputs": "31-36"}, heaters={"oven": {
+            "sensor": "thermistor", "sensor-pin": 43, "output-pin": 36, "max-temperature": 120}}) as one:
+        ask = one.one.ask
+
+        def lit(wanted):
+            wait_for(f"terminal {lamp} is {wanted}", lambda: is_on(one, lamp) == wanted, say=one.house.log)
+        # off is no reason to command the device
+        assert ask(f"M42 P{lamp} S0") == ["ok"] and not one.house.state()["flags"]["commander"]
+        assert ask(f"M42 P{lamp} S255") == ["ok"] and is_on(one, lamp), "the reply comes when it is so"
+        assert ask(f"M42 P{free} S1") == ["ok"] and ask(f"M42 P{free} S0") == ["ok"]
+        assert is_on(one, lamp) and not is_on(one, free)
+        for line, said in ((f"M42 P{FAN} S1", f"terminal {FAN} is switched by M106 and M107"),
+                           (f"M42 P{REVERSE} S0", f"terminal {REVERSE} is switched by M3, M4 and M5"),
+                           ("M42 P40 S1", "terminal 40 of mill is no digital output; see digital-outputs in pokeysd.conf(5)"),
+                           ("M42 P36 S1", "terminal 36 of mill is no digital output; see digital-outputs in pokeysd.conf(5)"),
+                           *((line, "needs P with a terminal, 1 to 55, and S with 0 for off, or more for on")
+                             for line in ("M42", "M42 P34", "M42 S1", "M42 P56 S1", "M42 P1.5 S1", "M42 P34 S-1"))):
+            assert ask(line) == [f"Error:M42: {said}", "ok"], (line, ask(line))
+        assert is_on(one, lamp) and not is_on(one, 36)
+        assert ask("M410")[-1] == "ok" and is_on(one, lamp), "it stops axes"
+        assert ask("M112")[-1] == "ok"
+        lit(False)
+        assert ask(f"M42 P{lamp} S1")[0] == "Error:M42: stopped by M112; M999 permits commands again"
+        assert ask("M999") == ["ok"] and not is_on(one, lamp), "nothing comes back by itself"
+        assert ask(f"M42 P{lamp} S1") == ["ok"]
+        lit(True)
+        os.kill(one.gateway.child.pid, signal.SIGKILL)
+        lit(False)
+
+
+def test_what_the_device_does_not_have_keeps_nothing_on():
+    """The configuration names an output that was one when it was written."""
+    with shop("fan = pin 40", "spindle = pin 31") as one:
+        ask = one.one.ask
+        assert ask("M106")[0].startswith("Error:M106: terminal 40 of mill is no digital output")
+        assert ask("M3") == ask("M42 P34 S1") == ask("G1 X500 F600") == ["ok"]
+        # the fan was commanded while it was one
+        assert "Error" not in "".join(ask("M112")) and not one.house.state()["flags"]["machine_on"]
+        assert not is_on(one, 31) and not is_on(one, 34)
+        assert "emergency stop from the commander" in one.house.log()
+
+
 def test_fans_and_a_spindle():
     with shop(*MILL) as one:
         ask = one.one.ask
@@ -111,8 +155,8 @@ def test_what_is_not_there():
         assert one.one.ask("M5") == ["ok"]
         assert one.one.ask("M3 S1")[0].startswith("Error:M3: no spindle is set; see spindle in [machine]")
     with shop("spindle = pin 31", "fan = pin 34", **{"digital-outputs": "34"}) as one:
-        assert one.one.ask("M3")[0] == ("Error:M3: terminal 31 of mill is no digital output; add it to digital-outputs in "
-                                        "pokeysd.conf")
+        assert one.one.ask("M3")[0] == ("Error:M3: terminal 31 of mill is no digital output; see digital-outputs in "
+                                        "pokeysd.conf(5)")
         assert one.one.ask("M4")[0].startswith("Error:M4: the spindle has one direction; see spindle-reverse")
         # texts, and lines that look like answers
         other = Client(one.house)

@@ -29,7 +29,7 @@ def printer(folder):
         "--preset", "printer", more=f"[machine]\nkind = pokeys\ndevice = mill\nfolder = {folder}\n[console]\nlevel = user\n",
         heaters={"hotend": {"sensor-pin": 43, "pwm": 0, "max-temperature": 280, **common},
                  "bed": {"sensor-pin": 44, "pwm": 1, "max-temperature": 120, **common}},
-        **{"axes": 3, "generator": "external", "pwm-period": 2500000, "heartbeat-timeout-ms": 3000,
+        **{"axes": 3, "generator": "external", "pwm-period": 2500000, "heartbeat-timeout-ms": 3000, "digital-outputs": "31, 32",
            **{f"axis.{i}.{key}": value for i, name in enumerate("xyz") for key, value in {**AXIS, "name": name}.items()}})
 
 
@@ -118,6 +118,10 @@ def test_a_machine_is_worked_with():
             assert last > 0, last
             await asyncio.sleep(0.5)
             assert 0 <= (await asyncio.to_thread(axes))[2] - last <= 0.25 * 20 * 200, last
+            # an output is switched, and shown as the device has it
+            for before, after in ("off", "● on"), ("● on", "off"):
+                await press(page, f"31 PoExtension 2: {before}")
+                await page.until(after, f"({button(f'31 PoExtension 2: {after}')}) !== undefined")
             # a macro is kept by the browser
             await press(page, "Edit")
             await fill(page, "form.macro input", "Park")

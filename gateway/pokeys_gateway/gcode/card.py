@@ -34,6 +34,7 @@ from .lines import ALL, CHUNK, find, good, unusual, unusual_of
 from .parser import LINE_MOST, BadLine, BadWords, Line, parse
 from .prefix import modes_before
 
+LOOK_S = 0.02
 SAVE_S = 5.0                # from one note of the progress to the next
 CLOSE_S = 2.0               # for the last note
 NAMED_MOST = 8              # unknown commands, at the end
@@ -245,8 +246,12 @@ class Card:
             wanted, least = (byte, 0) if line is None else (line, 1)
             if wanted is None or wanted != int(wanted) or not least <= wanted <= max(1, self._made[0]):
                 raise BadWords("needs S and a byte, or L and the number of a line")
-            if self._job and not self._go_on.is_set():
-                self.abort("ended by M26")
+            # its line is carried out, or begun moves and searches would go on without it
+            while self._job and not self._go_on.is_set():
+                if self._between:
+                    self.abort("ended by M26")
+                else:
+                    await asyncio.sleep(LOOK_S)
             self._need_no_job()
             if not self._name:
                 raise NotDone("no file is selected; M23 and its name select one")

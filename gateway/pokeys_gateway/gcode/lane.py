@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import copy
 from collections import deque
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+from weakref import ReferenceType, ref
 
 from ..console.client import Client
 from .parser import BadWords, Line
@@ -50,12 +52,17 @@ class Kept:
     """Modes of clients that come again with each request, by user and address."""
 
     def __init__(self) -> None:
-        self._modes: dict[tuple[str, str], Modes] = {}
+        self._modes: dict[tuple[str, str], tuple[ReferenceType[Client], Modes]] = {}
 
     def of(self, client: Client) -> Modes:
-        """Those of its last request."""
+        """Those of its last request. What another request sets while that is under way, is its own."""
         key = client.who.name if client.who else "", client.address
-        self._modes[key] = modes = self._modes.pop(key, None) or Modes()
+        last, modes = self._modes.pop(key, (None, Modes()))
+        other = last() if last else None
+        if other and other.connected:
+            self._modes[key] = ref(other), modes
+            return copy.copy(modes)
+        self._modes[key] = ref(client), modes
         if len(self._modes) > KEPT_MOST:
             del self._modes[next(iter(self._modes))]
         return modes
@@ -70,6 +77,7 @@ class Job:
     modes: Modes
     tell: Callable[[str], None]
     storing: Storing | None = None      # it is part of a file
+    several: bool = False   # commands are in the line, of which one may set a mode
 
     @property
     def gone(self) -> bool:
@@ -115,7 +123,7 @@ class Lane:
     def skip(self, lines: int) -> None:
         """A line has failed: those that are here already count on it, and so many have been discarded."""
         self._skips = len(self._jobs)
-        if self._skips > 1 or lines:
+        if self._skips > 1 or lines or self._jobs[0].several:
             self.modes.interrupt()
 
     def has(self, job: Job) -> bool:
@@ -137,6 +145,7 @@ class Lane:
     def clear(self, why: str) -> int:
         """Carry out nothing any more, and end what is under way, without replies; how many lines that are."""
         lines = len(self._jobs)
+        several = bool(self._jobs) and self._jobs[0].several
         for job in self._jobs:
             job.owe(-1)
             if job.storing:
@@ -144,7 +153,7 @@ class Lane:
         self._jobs.clear()
         self._skips = 0
         self.modes.motion = ""      # the next move has to name its command
-        if lines > 1:
+        if lines > 1 or several:
             self.modes.interrupt()
         if self._task:
             self._task.cancel()

@@ -298,7 +298,8 @@ class Machine:
         lane = self._lane(asker)
         storing = self._storing(asker, lane, line)
         works = self._works(line)
-        job = Job(asker, line, lane.modes, functools.partial(self._tell, asker, request=request), storing)
+        tell = functools.partial(self._tell, asker, request=request)
+        job = Job(asker, line, lane.modes, tell, storing, is_block(line))
         if linuxcnc and self._goes_past(linuxcnc, lane, line.name):
             job.owe(1)
             task = asyncio.get_running_loop().create_task(self._pause(linuxcnc, job, linuxcnc.begin(line.name)))
@@ -359,7 +360,8 @@ class Machine:
         return storing
 
     def _spoil(self, asker: Client, why: str) -> None:
-        """A line of its file is missing."""
+        """A line is missing, perhaps of its file."""
+        self._forgotten(asker)
         lane = self._lanes.get(asker)
         if lane and lane.storing:
             lane.storing.spoil(why)
@@ -416,6 +418,7 @@ class Machine:
             if job.storing:
                 job.tell(await self._store(job, job.storing))
             elif job.gone and not switches_off(job.line) and not (operation and is_block(job.line)):
+                job.modes.interrupt()
                 return      # what switches off is carried out for who is gone, too
             elif lane.skips(job) and not switches_off(job.line):
                 raise NotDone("not carried out, as a line before it has failed")

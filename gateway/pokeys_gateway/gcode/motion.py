@@ -235,6 +235,7 @@ class Motion:
                 await self._holder.stop({}, motion=True)
             else:
                 self._on -= named
+                self.halt()     # somebody may move them by hand
                 await self._command([members[letter] for letter in members if letter in named], enable=False)
         return ""
 

@@ -105,7 +105,13 @@ class Operation:
                 "message": self.message,
                 "heaters": [{"name": one.title, "index": one.index, "letter": one.letter, "most": one.most}
                             for one in self.heating.all()],
-                "files": self._card is not None, "job": self._card.about() if self._card else None}
+                "outputs": self._outputs(), "files": self._card is not None,
+                "job": self._card.about() if self._card else None}
+
+    def _outputs(self) -> list[int]:
+        with contextlib.suppress(NotDone):
+            return self.outputs.switches()
+        return []
 
     @property
     def files(self) -> bool:

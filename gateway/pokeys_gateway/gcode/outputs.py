@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Fans and a spindle at outputs of the device that G-code commands: M106, M107, M3 to M5.
+"""Fans, a spindle and other outputs of the device that G-code commands: M106, M107, M3 to M5, M42.
 
 Nothing here is a safety function: the daemon and the device switch outputs off when the gateway is gone.
 """
@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import pokeys
 
-from ..config import Output
+from ..config import PINS, Output
 from ..hub import Hub
 from ..wire import NotDone
 from .holder import Holder
@@ -23,6 +23,7 @@ LOOK_S = 0.005
 NO_FAN = "echo:no fan is set; see fan in [machine] in pokeys-gateway.conf(5)"
 NO_SPINDLE = "no spindle is set; see spindle in [machine] in pokeys-gateway.conf(5)"
 FORWARD, REVERSE = "M3", "M4"
+SEEN_S = 1.0                # until the device has switched an output
 
 
 class Outputs:
@@ -39,6 +40,7 @@ class Outputs:
         self._turns = ""                # the command that has begun it
         self._forgotten = 0             # how often all was switched off
         self._speed: float | None = None        # the last S
+        self._switched: set[Output] = set()     # since all was off
         self.used_at = 0.0              # when something was commanded last
         self._giving: set[asyncio.Task[None]] = set()
 
@@ -93,12 +95,52 @@ class Outputs:
         """M5."""
         await self._give(dict.fromkeys(self._spindle, 0.0), "")
 
+    def switches(self) -> list[int]:
+        """The terminals that M42 may switch: digital outputs, but those of fans and the spindle."""
+        state = self._state()
+        return [number for number in range(1, PINS + 1) if state[f"pin.{number - 1:02}.is-output"] and
+                Output(True, number) not in (*self._fans, *self._spindle)]
+
+    async def switch(self, job: Job) -> None:
+        """M42: P and a terminal, S and 0 or more."""
+        one, on = self.switch_of(job.line)
+        await self._give({one: float(on)})
+        if self._holder.held:
+            await self._holder.wait()
+            await self._until(one, on)
+
+    def switch_of(self, line: Line) -> tuple[Output, bool]:
+        """Of M42: the output, and whether it is to be on. :class:`NotDone`, :class:`BadWords`."""
+        words = line.words()
+        number, level = words.get("P"), words.get("S")
+        if number is None or number not in range(1, PINS + 1) or level is None or level < 0:
+            raise BadWords(f"needs P with a terminal, 1 to {PINS}, and S with 0 for off, or more for on")
+        one = Output(True, int(number))
+        for what, commands in ((self._fans, "M106 and M107"), (self._spindle, "M3, M4 and M5")):
+            if one in what:
+                raise NotDone(f"terminal {one.number} is switched by {commands}")
+        return one, level > 0
+
+    async def _until(self, one: Output, on: bool) -> None:
+        """The daemon refuses the outputs of heaters and motors, and the safe state holds all."""
+        loop = asyncio.get_running_loop()
+        end = loop.time() + SEEN_S
+        while self._state()[f"pin.{one.index:02}.out-fb"] != on:
+            self._holder.check()
+            if loop.time() >= end:
+                await self._give({one: 0.0})
+                raise NotDone(f"terminal {one.number} of {self._holder.device} was not switched: it may belong to a "
+                              "heater or a motor; pokeysctl events shows the reason")
+            await asyncio.sleep(LOOK_S)
+
     def forget(self) -> dict[str, float | bool]:
         """They are to be switched off, by these values."""
+        values = dict(_value(one, 0.0) for one in self._switched)
         self._on.clear()
+        self._switched.clear()
         self._turns = ""
         self._forgotten += 1
-        return dict(_value(one, 0.0) for one in (*self._fans, *self._spindle))
+        return values
 
     def off(self) -> bool:
         """The device has the spindle off."""
@@ -136,6 +178,7 @@ class Outputs:
                 return
             for one in wanted:
                 self._judge(one)
+            self._switched.update(wanted)
             self.used_at = asyncio.get_running_loop().time()
             await self._holder.take()
             if any(values.values()):
@@ -155,8 +198,8 @@ class Outputs:
     def _judge(self, one: Output) -> None:
         state, device = self._state(), self._holder.device
         if one.digital and not state[f"pin.{one.index:02}.is-output"]:
-            raise NotDone(f"terminal {one.number} of {device} is no digital output; add it to digital-outputs in "
-                          "pokeysd.conf")
+            raise NotDone(f"terminal {one.number} of {device} is no digital output; see digital-outputs in "
+                          "pokeysd.conf(5)")
         if not one.digital and not state["pwm.period-ticks"]:
             raise NotDone(f"{device} has no PWM; see pwm-period in pokeysd.conf(5)")
 

@@ -28,6 +28,7 @@ export interface Info {
 	send: boolean;
 	device?: string | null;
 	heaters?: Heater[];
+	outputs?: number[];		// terminals
 	axes?: string[];
 	files?: boolean;
 	halted?: string;

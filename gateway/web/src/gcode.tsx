@@ -119,6 +119,19 @@ function Jogs({ console, off }: { console: Console; off: boolean }) {
 	</div>;
 }
 
+/** Digital outputs, as the device has them. */
+function Outputs({ console, device, off }: { console: Console; device: Device; off: boolean }) {
+	const { fresh, terminals, values } = device;
+	return <div class="part"><h3>Outputs</h3><p class="buttons">{console.info?.outputs?.map(number => {
+		const on = values[`pin.${two(number - 1)}.out-fb`];
+		const label = terminals.find(({ kind, terminal }) => kind === "output" && terminal === String(number))?.label;
+		const known = fresh && typeof on === "boolean";
+		return <button key={number} type="button" aria-pressed={known && on} aria-disabled={off || !known}
+			onClick={() => !off && known && console.send(`M42 P${number} S${on ? 0 : 255}`)}>
+			{number}{label ? ` ${label}` : ""}: {known ? on ? "● on" : "off" : "–"}</button>;
+	})}</p></div>;
+}
+
 function Files({ console, off }: { console: Console; off: boolean }) {
 	const { info, files, upload } = console;
 	const job = info?.job;
@@ -206,6 +219,7 @@ export function Machine({ console, device }: { console: Console; device: Device 
 			{console.commands && Boolean(info.heaters?.length) && <div class="part"><h3>Targets</h3>
 				{info.heaters?.map(heater => <Target key={heater.letter} console={console} heater={heater} device={device} off={off} />)}</div>}
 			{console.commands && Boolean(info.axes?.length) && <Jogs console={console} off={off} />}
+			{console.commands && device && Boolean(info.outputs?.length) && <Outputs console={console} device={device} off={off} />}
 			{console.commands && info.files && <Files console={console} off={off} />}
 			{info.send && <Macros console={console} off={info.device ? off : false} />}
 		</div>
