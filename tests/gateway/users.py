@@ -451,6 +451,12 @@ def test_sessions_and_tickets_end():
     tickets = [one.ticket(access.Who(users["anna"])) for _ in range(access.SESSIONS_MOST + 1)]
     equal([one.redeem(tickets[i]) is not None for i in (0, 1, -1, -1)], [False, True, True, False])
 
+    # one that asks for many takes them from nobody else
+    ottos = one.ticket(access.Who(users["otto"]))
+    for _ in range(2 * access.SESSIONS_MOST):
+        one.ticket(access.Who(None))
+    equal(one.redeem(ottos).name, "otto")
+
     async def attempts():
         nonlocal now
         results = []
