@@ -24,7 +24,7 @@ RUNTIME, PORT = "/run/pokeysd", 8580
 RECORDS = Path("/var/log/pokeysd")
 DOCTOR = Path("/run/pokeys-doctor")     # for the daemon of RUNTIME
 BAUD_LEAST, BAUD_MOST = 50, 4_000_000
-PINS, CHANNELS = 55, 6      # of a PoKeys device
+PINS, CHANNELS, EXTERNALS = 55, 6, 8        # of a PoKeys device
 ANALOG = 64                 # outputs of LinuxCNC's motion
 SERIAL, POKEYS = "serial", "pokeys"     # kinds of machines
 SOCKET_MOST = 107           # bytes of a socket's path (unix(7))
@@ -52,15 +52,20 @@ class Endpoint:
 
 @dataclass(frozen=True)
 class Output:
-    """An output of a PoKeys device: a digital one by its terminal, or a channel of PWM."""
+    """An output of a PoKeys device."""
 
-    digital: bool
-    number: int             # of the terminal, as printed on the board, or of the channel
+    kind: str               # "pin": a digital one; "pwm": a channel of PWM; "external": a relay or the like
+    number: int             # of the terminal, as printed on the board; else that in names of values
 
     @property
-    def index(self) -> int:
+    def place(self) -> str:
         """In names of values."""
-        return self.number - 1 if self.digital else self.number
+        return f"{self.kind}.{self.number - (self.kind == 'pin'):02}"
+
+    @property
+    def title(self) -> str:
+        """In messages."""
+        return f"terminal {self.number}" if self.kind == "pin" else f"{self.kind} {self.number}"
 
 
 @dataclass(frozen=True)
@@ -186,12 +191,12 @@ def device(text: str) -> str:
 
 def outputs(text: str) -> tuple[Output, ...]:
     """One or several outputs, separated by commas. ValueError says what is allowed."""
-    return tuple(_output(word.strip(), "pin", "pwm") for word in text.split(","))
+    return tuple(_output(word.strip(), "pin", "external", "pwm") for word in text.split(","))
 
 
 def pin(text: str) -> Output:
-    """A digital output."""
-    return _output(text, "pin")
+    """An output that is on or off."""
+    return _output(text, "pin", "external")
 
 
 def pwm(text: str) -> Output:
@@ -200,12 +205,13 @@ def pwm(text: str) -> Output:
 
 
 def _output(text: str, *kinds: str) -> Output:
-    found = re.fullmatch(r"(pin|pwm)\s+(\d{1,2})", text)
-    numbers = range(1, PINS + 1) if found and found[1] == "pin" else range(CHANNELS)
-    if not found or found[1] not in kinds or int(found[2]) not in numbers:
-        raise ValueError(", ".join({"pin": f"pin and a terminal, 1 to {PINS}",
-                                    "pwm": f"pwm and a channel, 0 to {CHANNELS - 1}"}[kind] for kind in kinds))
-    return Output(found[1] == "pin", int(found[2]))
+    numbers = {"pin": range(1, PINS + 1), "external": range(EXTERNALS), "pwm": range(CHANNELS)}
+    names = {"pin": "a terminal", "external": "the number of an output", "pwm": "a channel"}
+    found = re.fullmatch(r"(pin|external|pwm)\s+(\d{1,2})", text)
+    if not found or found[1] not in kinds or int(found[2]) not in numbers[found[1]]:
+        raise ValueError(", ".join(f"{kind} and {names[kind]}, {numbers[kind][0]} to {numbers[kind][-1]}"
+                                   for kind in kinds))
+    return Output(found[1], int(found[2]))
 
 
 def analog(text: str) -> int:
@@ -351,7 +357,7 @@ def _judge_outputs(config: Config) -> Iterator[tuple[str, str]]:
         value = getattr(config, name)
         for one in value if isinstance(value, tuple) else (value,) if isinstance(value, Output) else ():
             if one in used:
-                yield name, f"{'pin' if one.digital else 'pwm'} {one.number} is used twice"
+                yield name, f"{one.kind} {one.number} is used twice"
             used.add(one)
 
 

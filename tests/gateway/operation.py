@@ -268,7 +268,7 @@ async def heaters_that_nobody_needs_are_switched_off():
 
 async def a_stop_while_the_spindle_is_being_switched_on():
     """M410 leaves it on; it is known, and M5 switches it off."""
-    async with shop(machine_spindle=config.Output(True, 31)) as one:
+    async with shop(machine_spindle=config.Output("pin", 31)) as one:
         values = {"pin.30.is-output": 1, "connected": True}
         state = State(values)
         show(one, mill=state)

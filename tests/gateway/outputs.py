@@ -71,10 +71,16 @@ def test_any_digital_output():
                            (f"M42 P{REVERSE} S0", f"terminal {REVERSE} is switched by M3, M4 and M5"),
                            ("M42 P40 S1", "terminal 40 of mill is no digital output; see digital-outputs in pokeysd.conf(5)"),
                            ("M42 P36 S1", "terminal 36 of mill is no digital output; see digital-outputs in pokeysd.conf(5)"),
-                           *((line, "needs P with a terminal, 1 to 55, and S with 0 for off, or more for on")
-                             for line in ("M42", "M42 P34", "M42 S1", "M42 P56 S1", "M42 P1.5 S1", "M42 P34 S-1"))):
+                           *((line, "needs P with a terminal, 1 to 55, or R with an output of the board, 0 to 7, and S with 0 for off, or more for on")
+                             for line in ("M42", "M42 P31 R1 S1", "M42 R8 S1", "M42 P34", "M42 S1", "M42 P56 S1", "M42 P1.5 S1", "M42 P34 S-1"))):
             assert ask(line) == [f"Error:M42: {said}", "ok"], (line, ask(line))
         assert is_on(one, lamp) and not is_on(one, 36)
+        # a relay of the board
+        def relays():
+            found = int(re.search(r"^outputs=0x(\w+)", one.house.ask_sim(one.sim, "engine"), re.M)[1], 16)
+            return [number for number in range(8) if found >> number & 1]
+        assert ask("M42 R3 S1") == ask("M42 R5 S1") == ask("M42 R5 S0") == ["ok"]
+        wait_for("a relay", lambda: relays() == [3], say=relays)
         assert ask("M410")[-1] == "ok" and is_on(one, lamp), "it stops axes"
         assert ask("M112")[-1] == "ok"
         lit(False)

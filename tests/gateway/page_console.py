@@ -80,6 +80,7 @@ def test_a_machine_is_worked_with():
             await page.until("the line of before", f"document.querySelector({json.dumps(line)}).value === 'M115'")
             # nothing moves or heats before the buttons are unlocked
             await page.until("axes", f"({button('Move X by 1')})?.ariaDisabled === 'true'")
+            await page.until("a search", f"({button('Home Z')})?.ariaDisabled === 'true'")
             await press(page, "Unlock the buttons")
             await press(page, "Move X by 1")
             await said(page, "› $J=G91 G21 X1 F1200")
@@ -119,9 +120,10 @@ def test_a_machine_is_worked_with():
             await asyncio.sleep(0.5)
             assert 0 <= (await asyncio.to_thread(axes))[2] - last <= 0.25 * 20 * 200, last
             # an output is switched, and shown as the device has it
-            for before, after in ("off", "● on"), ("● on", "off"):
-                await press(page, f"31 PoExtension 2: {before}")
-                await page.until(after, f"({button(f'31 PoExtension 2: {after}')}) !== undefined")
+            for name in "31 PoExtension 2", "OC1":
+                for before, after in ("off", "● on"), ("● on", "off"):
+                    await press(page, f"{name}: {before}")
+                    await page.until(after, f"({button(f'{name}: {after}')}) !== undefined")
             # a macro is kept by the browser
             await press(page, "Edit")
             await fill(page, "form.macro input", "Park")

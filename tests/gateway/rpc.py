@@ -109,7 +109,8 @@ def test_the_console():
             one, other = Talker(first.ws), Talker(second.ws)
             info = await one.ask("console.info")
             equal({"machine": "PoKeys devices", "why": "", "send": False, "device": "mill", "axes": ["X"], "files": False,
-                   "halted": "", "message": "", "job": None, "heaters": [], "outputs": []}, info)
+                   "halted": "", "message": "", "job": None, "heaters": [],
+                   "outputs": [{"word": f"R{i}", "name": f"external.{i:02}.out-fb"} for i in range(8)]}, info)
             equal((await one.ask("console.send", line="M105"))["code"], -32003)
             for client in one, other:
                 equal(await client.ask("console.subscribe"), {})

@@ -95,6 +95,9 @@ async def operates(machine, gateway):
         assert not any(screen.until(lambda seen: "homed" in seen)["homed"]) and position(0) == 0
         await panel.point("pointerup", "Jog 0 + while it is held")
         await panel.click("Unlock the buttons")
+        await panel.click("Home joint 0")
+        seen = await asyncio.to_thread(screen.until, lambda seen: any(seen.get("homed", ())))
+        assert seen["homed"][0] and not all(seen["homed"]), seen
         await panel.click("Home all")
         await page.until("homed", f"!{CNC}.innerText.includes('not homed')")
         await pictures(page, "manual")

@@ -354,7 +354,7 @@ COMMANDS = {
     "M32": Command("a name: select a file, and begin its job",
                    work=_does(lambda operation, job: operation.card.select_and_start(job, _name(job).strip("!#"))),
                    in_files=False, text=True),
-    "M42": Command("P and a terminal, S: a digital output is off (0) or on (more)",
+    "M42": Command("P and a terminal, or R and an output of the board, S: it is off (0) or on (more)",
                    work=_does(lambda operation, job: operation.outputs.switch(job)),
                    judge=lambda operation, line: operation.outputs.switch_of(line)),
     "M82": Command("positions of E are absolute", work=_mode(relative_extruder=False)),

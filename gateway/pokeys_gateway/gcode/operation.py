@@ -108,9 +108,10 @@ class Operation:
                 "outputs": self._outputs(), "files": self._card is not None,
                 "job": self._card.about() if self._card else None}
 
-    def _outputs(self) -> list[int]:
+    def _outputs(self) -> list[dict[str, str]]:
         with contextlib.suppress(NotDone):
-            return self.outputs.switches()
+            return [{"word": f"{'P' if one.kind == 'pin' else 'R'}{one.number}", "name": f"{one.place}.out-fb"}
+                    for one in self.outputs.switches()]
         return []
 
     @property

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import pokeys
 
-from ..config import PINS, Output
+from ..config import EXTERNALS, PINS, Output
 from ..hub import Hub
 from ..wire import NotDone
 from .holder import Holder
@@ -95,14 +95,16 @@ class Outputs:
         """M5."""
         await self._give(dict.fromkeys(self._spindle, 0.0), "")
 
-    def switches(self) -> list[int]:
-        """The terminals that M42 may switch: digital outputs, but those of fans and the spindle."""
+    def switches(self) -> list[Output]:
+        """What M42 may switch: digital outputs and those of the board, but those of fans and the spindle."""
         state = self._state()
-        return [number for number in range(1, PINS + 1) if state[f"pin.{number - 1:02}.is-output"] and
-                Output(True, number) not in (*self._fans, *self._spindle)]
+        there = [Output("pin", number) for number in range(1, PINS + 1) if state[f"pin.{number - 1:02}.is-output"]]
+        if state.info.pulse_engine_version > 0:
+            there += [Output("external", number) for number in range(EXTERNALS)]
+        return [one for one in there if one not in (*self._fans, *self._spindle)]
 
     async def switch(self, job: Job) -> None:
-        """M42: P and a terminal, S and 0 or more."""
+        """M42: P and a terminal, or R and an output of the board, S and 0 or more."""
         one, on = self.switch_of(job.line)
         await self._give({one: float(on)})
         if self._holder.held:
@@ -112,25 +114,28 @@ class Outputs:
     def switch_of(self, line: Line) -> tuple[Output, bool]:
         """Of M42: the output, and whether it is to be on. :class:`NotDone`, :class:`BadWords`."""
         words = line.words()
-        number, level = words.get("P"), words.get("S")
-        if number is None or number not in range(1, PINS + 1) or level is None or level < 0:
-            raise BadWords(f"needs P with a terminal, 1 to {PINS}, and S with 0 for off, or more for on")
-        one = Output(True, int(number))
+        terminal, external, level = words.get("P"), words.get("R"), words.get("S")
+        good = (terminal in range(1, PINS + 1) if external is None else
+                terminal is None and external in range(EXTERNALS))
+        if not good or level is None or level < 0:
+            raise BadWords(f"needs P with a terminal, 1 to {PINS}, or R with an output of the board, 0 to "
+                           f"{EXTERNALS - 1}, and S with 0 for off, or more for on")
+        one = Output("pin", int(terminal)) if terminal is not None else Output("external", int(external or 0))
         for what, commands in ((self._fans, "M106 and M107"), (self._spindle, "M3, M4 and M5")):
             if one in what:
-                raise NotDone(f"terminal {one.number} is switched by {commands}")
+                raise NotDone(f"{one.title} is switched by {commands}")
         return one, level > 0
 
     async def _until(self, one: Output, on: bool) -> None:
         """The daemon refuses the outputs of heaters and motors, and the safe state holds all."""
         loop = asyncio.get_running_loop()
         end = loop.time() + SEEN_S
-        while self._state()[f"pin.{one.index:02}.out-fb"] != on:
+        while self._state()[f"{one.place}.out-fb"] != on:
             self._holder.check()
             if loop.time() >= end:
                 await self._give({one: 0.0})
-                raise NotDone(f"terminal {one.number} of {self._holder.device} was not switched: it may belong to a "
-                              "heater or a motor; pokeysctl events shows the reason")
+                raise NotDone(f"{one.title} of {self._holder.device} was not switched; pokeysctl events may show the "
+                              "reason")
             await asyncio.sleep(LOOK_S)
 
     def forget(self) -> dict[str, float | bool]:
@@ -145,8 +150,8 @@ class Outputs:
     def off(self) -> bool:
         """The device has the spindle off."""
         state = self._state()
-        return not any(state[f"pin.{one.index:02}.out-fb"] if one.digital else state[f"pwm.{one.index:02}.enabled"] and
-                       state[f"pwm.{one.index:02}.duty"] for one in self._spindle)
+        return not any(state[f"{one.place}.out-fb"] if one.kind != "pwm" else state[f"{one.place}.enabled"] and
+                       state[f"{one.place}.duty"] for one in self._spindle)
 
     # ---- one step
 
@@ -197,10 +202,12 @@ class Outputs:
 
     def _judge(self, one: Output) -> None:
         state, device = self._state(), self._holder.device
-        if one.digital and not state[f"pin.{one.index:02}.is-output"]:
+        if one.kind == "external" and not state.info.pulse_engine_version:
+            raise NotDone(f"{device} has no outputs of this kind")
+        if one.kind == "pin" and not state[f"{one.place}.is-output"]:
             raise NotDone(f"terminal {one.number} of {device} is no digital output; see digital-outputs in "
                           "pokeysd.conf(5)")
-        if not one.digital and not state["pwm.period-ticks"]:
+        if one.kind == "pwm" and not state["pwm.period-ticks"]:
             raise NotDone(f"{device} has no PWM; see pwm-period in pokeysd.conf(5)")
 
     async def _permit(self) -> None:
@@ -228,4 +235,4 @@ class Outputs:
 
 def _value(one: Output, part: float) -> tuple[str, float | bool]:
     """Of the command image."""
-    return (f"pin.{one.index:02}.out", part > 0) if one.digital else (f"pwm.{one.index:02}.value", part)
+    return (f"{one.place}.value", part) if one.kind == "pwm" else (f"{one.place}.out", part > 0)

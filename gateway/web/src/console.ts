@@ -28,7 +28,7 @@ export interface Info {
 	send: boolean;
 	device?: string | null;
 	heaters?: Heater[];
-	outputs?: number[];		// terminals
+	outputs?: { word: string; name: string }[];
 	axes?: string[];
 	files?: boolean;
 	halted?: string;

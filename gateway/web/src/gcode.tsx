@@ -106,6 +106,8 @@ function Jogs({ console, off }: { console: Console; off: boolean }) {
 	const press = (...lines: string[]) => !off && console.send(...lines);
 	return <div class="part"><h3>Move</h3>
 		<p class="buttons"><button type="button" aria-disabled={off} onClick={() => press("G28")}>Home all</button>
+			{axes.length > 1 && axes.map(axis => <button key={axis} type="button" aria-disabled={off}
+				onClick={() => press(`G28 ${axis}`)}>Home {axis}</button>)}
 			<button type="button" onClick={() => console.send("M84")}>Disable motors</button></p>
 		<p class="buttons"><label>step <select value={step} onChange={event => setStep(Number(event.currentTarget.value))}>
 			{STEPS.map(one => <option key={one} value={one}>{one}</option>)}<option value={HELD}>while held</option></select></label>
@@ -122,13 +124,13 @@ function Jogs({ console, off }: { console: Console; off: boolean }) {
 /** Digital outputs, as the device has them. */
 function Outputs({ console, device, off }: { console: Console; device: Device; off: boolean }) {
 	const { fresh, terminals, values } = device;
-	return <div class="part"><h3>Outputs</h3><p class="buttons">{console.info?.outputs?.map(number => {
-		const on = values[`pin.${two(number - 1)}.out-fb`];
-		const label = terminals.find(({ kind, terminal }) => kind === "output" && terminal === String(number))?.label;
+	return <div class="part"><h3>Outputs</h3><p class="buttons">{console.info?.outputs?.map(({ word, name }) => {
+		const on = values[name];
+		const place = terminals.find(one => one.name === name);
 		const known = fresh && typeof on === "boolean";
-		return <button key={number} type="button" aria-pressed={known && on} aria-disabled={off || !known}
-			onClick={() => !off && known && console.send(`M42 P${number} S${on ? 0 : 255}`)}>
-			{number}{label ? ` ${label}` : ""}: {known ? on ? "● on" : "off" : "–"}</button>;
+		return <button key={word} type="button" aria-pressed={known && on} aria-disabled={off || !known}
+			onClick={() => !off && known && console.send(`M42 ${word} S${on ? 0 : 255}`)}>
+			{[place?.terminal, place?.label].filter(text => text).join(" ") || word}: {known ? on ? "● on" : "off" : "–"}</button>;
 	})}</p></div>;
 }
 

@@ -46,10 +46,13 @@ export function Jog({ hands, axis, speed, disabled }: { hands: Hands; axis: stri
 function Manual({ cnc, off }: { cnc: LinuxCnc; off: boolean }) {
 	const [speed, setSpeed] = useState(10);
 	const { state } = cnc;
-	const moved = state.motion === "joints" ? [...Array(state.joints ?? 0).keys()].map(String) : state.axes ?? [];
+	const joints = [...Array(state.joints ?? 0).keys()];
+	const moved = state.motion === "joints" ? joints.map(String) : state.axes ?? [];
 	return <>
-		<p><button type="button" aria-disabled={off} onClick={() => !off && cnc.ask("linuxcnc.home", { joint: -1 })}>Home all</button>
-			<label> speed <select value={speed} onChange={event => setSpeed(Number(event.currentTarget.value))}>
+		<p class="buttons"><button type="button" aria-disabled={off} onClick={() => !off && cnc.ask("linuxcnc.home", { joint: -1 })}>Home all</button>
+			{joints.length > 1 && joints.map(joint => <button key={joint} type="button" aria-disabled={off}
+				onClick={() => !off && cnc.ask("linuxcnc.home", { joint })}>Home joint {joint}</button>)}</p>
+		<p><label> speed <select value={speed} onChange={event => setSpeed(Number(event.currentTarget.value))}>
 				{SPEEDS.map(one => <option key={one} value={one}>{one} units/s</option>)}</select></label></p>
 		<div class="jogs" role="group" aria-label="Jog">{moved.flatMap(axis => [-speed, speed].map(way =>
 			<Jog key={`${axis}${Math.sign(way)}`} hands={cnc.hands} axis={axis} speed={way} disabled={off} />))}</div>
