@@ -33,19 +33,24 @@
 #define SWING 0.25			/* of rise: less is noise */
 #define LITTLE 0.1			/* of the highest power: it need not have an effect */
 
-/* In all the times together, since base_ns began. Less than a part of it may be noise. */
-static bool has_swung(struct heater *heater)
+/* Less than a part of it may be noise. */
+static void add_swing(struct heater *heater)
 {
 	const double swing = heater->peak - heater->begun;
 
 	if (swing >= SWING * heater->config.rise)
 		heater->risen += swing;
+}
+
+/* In all the times together, since base_ns began. */
+static bool has_swung(const struct heater *heater)
+{
 	return heater->risen >= heater->config.rise ||
 	       heater->peak >= heater->base + heater->config.rise ||
 	       heater->calm <= heater->peak - heater->config.rise;
 }
 
-static bool goes_on(struct heater *heater)
+static bool goes_on(const struct heater *heater)
 {
 	return heater->paused_ns && heater->watched &&
 	       since(heater->paused_ns, heater->step_ns) < heater->config.window_ns &&
@@ -63,6 +68,7 @@ static void begin_load(struct heater *heater)
 void watch_begin(struct heater *heater)
 {
 	heater->warm = heater->full = false;
+	add_swing(heater);
 	if (goes_on(heater)) {
 		begin_load(heater);
 		return;

@@ -324,10 +324,17 @@ async def a_request_goes_on_with_the_modes_of_the_last_one():
     shop.table.router.leave(list(shop.table.router.clients)[-1])
     assert lane("2", "192.0.2.1").modes.relative and not lane("3", "192.0.2.2").modes.relative
     assert not lane("4", "192.0.2.1", hears=True).modes.relative, "a connection has its own"
-    # two requests of somebody at once change nothing for each other
-    one = lane("6", "192.0.2.3").modes
-    lane("7", "192.0.2.3").modes.relative = True
-    assert not one.relative
+    # two requests of somebody at once change nothing for each other, and what each has set is kept
+    one, other = lane("6", "192.0.2.3").modes, lane("7", "192.0.2.3").modes
+    other.relative, one.tool = True, 2
+    assert not one.relative and not lane("8", "192.0.2.3").modes.relative
+    shop.table.router.leave(next(client for client in shop.table.router.clients if client.name == "7"))
+    third = lane("9", "192.0.2.3").modes
+    assert (third.relative, third.tool) == (True, 0)
+    for client in list(shop.table.router.clients):
+        shop.table.router.leave(client)
+    last = lane("10", "192.0.2.3").modes
+    assert (last.relative, last.tool) == (True, 2)
     for i in range(100):
         lane(str(i), f"192.0.2.{i % 90 + 100}")
     assert not lane("5", "192.0.2.1").modes.relative, "they are not kept for ever"

@@ -89,6 +89,7 @@ def test_a_file_is_carried_out():
                                 (b"G90\nX5 Y5\nG1 X6\n", 2, '"X5 Y5" needs a G0, G1, G2 or G3 before it'), (b"G17\nG40\nG49\nG54\nG80\nG94\nG18\n", 7, "there is none of that here; what follows would be carried out in another way"),
                                 (b"\0\0G1 X1\n", 1, "cannot be carried out: there is no such command"),
                                 (b"G90 G28 X\n", 1, "G28 needs a line of its own"), (b"G90 G1 X5 M600\n", 1, "M600 needs a line of its own"),
+                                (b"G28 W R5 O\nM17 W\nG5\n", 3, '"G5" cannot be carried out: there is no such command'), (b"G28 Z\n", 1, "mill has no axis Z; there are: X Y E"),
                                 (b"M5 G0 Z5\n", 1, "mill has no axis Z; there are: X Y E"), (b"T0 M104 S0\n", 1, "M104 needs a line of its own"),
                                 (b"M104 T0 S0\n", 1, "there is no hot end T0"), (b"T1\nM98 P1\n", 2, "there is none of that here; what follows would be carried out in another way"),
                                 (b"G1 X1\rG1 X2\n", 1, "a carriage return is in the middle of it"),

@@ -146,10 +146,11 @@ def test_lines_of_cam_programs():
             assert one.ask(line)[0].startswith("echo:Unknown command" if "999" in line else f"Error:{line.split()[0]}: there is none of that here")
             assert one.ask("X9")[0].startswith("Error:line: "), line
         # a tool is changed by a person
-        one.send(b"T2 M6\n")
-        assert one.until("echo:busy: paused")[0] == "echo:M6 T2: it waits; M108 lets it go on"
-        assert other.ask("M108")[-1] == "ok"
-        one.until("ok")
+        for line, shown in (b"T2 M6\n", "M6 T2"), (b"M6 S1\n", "M6 S1"):
+            one.send(line)
+            assert one.until("echo:busy: paused")[0] == f"echo:{shown}: it waits; M108 lets it go on"
+            assert other.ask("M108")[-1] == "ok"
+            one.until("ok")
         # nothing of a line is done if something of it cannot be
         assert one.ask("G91 G1 Z1") == ["Error:G91: mill has no axis Z; there are: X Y E", "ok"]
         do(one, "G0 X0.5", "X1", "G80", "M400")

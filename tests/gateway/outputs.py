@@ -6,6 +6,7 @@ import os
 import re
 import signal
 import sys
+import time
 import types
 
 from bridge import PORT
@@ -75,6 +76,14 @@ def test_any_digital_output():
                              for line in ("M42", "M42 P31 R1 S1", "M42 R8 S1", "M42 P34", "M42 S1", "M42 P56 S1", "M42 P1.5 S1", "M42 P34 S-1"))):
             assert ask(line) == [f"Error:M42: {said}", "ok"], (line, ask(line))
         assert is_on(one, lamp) and not is_on(one, 36)
+        # the last one counts, although the first one has not seen its own yet
+        other = Client(one.house)
+        one.house.ask_sim(one.sim, "silence", 500)
+        one.one.send(f"M42 P{lamp} S0\n".encode())
+        time.sleep(0.1)
+        assert other.ask(f"M42 P{lamp} S1") == ["ok"] and one.one.until("ok") == ["ok"]
+        time.sleep(1.5)
+        assert is_on(one, lamp)
         # a relay of the board
         def relays():
             found = int(re.search(r"^outputs=0x(\w+)", one.house.ask_sim(one.sim, "engine"), re.M)[1], 16)

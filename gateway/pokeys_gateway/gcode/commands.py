@@ -20,8 +20,8 @@ from . import heating, report
 from .arcs import arc
 from .blocks import is_block, parts
 from .lane import Job
-from .member import INCH, LETTERS
-from .operation import RESUME, Operation
+from .member import INCH, LETTERS, axes_in
+from .operation import RESUME, TOOL, Operation
 from .parser import BadWords, Line
 
 __all__ = ["AUTOREPORT", "COMMANDS", "END_JOB", "RENUMBER", "RESUME", "STATE", "STORE", "STORED", "Command",
@@ -172,6 +172,10 @@ def _axes_of(operation: Operation, line: Line) -> None:
     operation.motion.logical({letter for letter in LETTERS if letter in line.words()})
 
 
+def _searches_of(operation: Operation, line: Line) -> None:
+    operation.motion.logical(axes_in(line.words(), operation.motion.letters()))
+
+
 def _heat(kind: str, what: str) -> Command:
     """Set a heater's target."""
     return Command(what, work=_does(lambda operation, job: operation.heating.set(job, kind, "S")),
@@ -318,13 +322,13 @@ COMMANDS = {
         ("G53", "positions of the machine"), ("G73", "a canned cycle"), ("G76", "a thread"),
         *((f"G{number}", "a canned cycle") for number in range(81, 90)),
         ("M98", "a subprogram"), ("M600", "change the filament"))},
-    "M6": Command("stop the spindle when all moves have ended, and wait as M0: for another tool", text=True,
+    TOOL: Command("stop the spindle when all moves have ended, and wait as M0: for another tool", text=True,
                   work=_does(_change)),
     "G20": Command("units are inches", work=_mode(scale=INCH)),
     "G21": Command("units are millimetres", work=_mode(scale=1.0)),
     "G28": Command("axes: find their home switches, one after the other; without axes: all but E; O: not if homed",
                    work=_does(lambda operation, job: operation.motion.home(job)),
-                   moves=True, judge=_axes_of),
+                   moves=True, judge=_searches_of),
     "G90": Command("positions are absolute", work=_mode(relative=False, relative_extruder=False, doubt=False)),
     "G91": Command("positions are relative", work=_mode(relative=True, relative_extruder=True, doubt=False)),
     "G92": Command("axes and numbers: these are their positions from now on",

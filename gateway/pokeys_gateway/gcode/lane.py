@@ -49,23 +49,36 @@ class Modes:
 
 
 class Kept:
-    """Modes of clients that come again with each request, by user and address."""
+    """Modes of clients that come again with each request, by user and address.
+
+    A request has its own, or two at once would change each other's: a line of G91 would be carried out after the other
+    one's G90. What it has set is kept when it has ended.
+    """
 
     def __init__(self) -> None:
-        self._modes: dict[tuple[str, str], tuple[ReferenceType[Client], Modes]] = {}
+        self._of: dict[tuple[str, str], Modes] = {}
+        # the requests under way: whose, the modes at its beginning, and now
+        self._requests: list[tuple[ReferenceType[Client], Modes, Modes, Modes]] = []
 
     def of(self, client: Client) -> Modes:
-        """Those of its last request. What another request sets while that is under way, is its own."""
+        """Those of the requests that have ended."""
+        self._requests = [one for one in self._requests if not _take_over(*one)]
         key = client.who.name if client.who else "", client.address
-        last, modes = self._modes.pop(key, (None, Modes()))
-        other = last() if last else None
-        if other and other.connected:
-            self._modes[key] = ref(other), modes
-            return copy.copy(modes)
-        self._modes[key] = ref(client), modes
-        if len(self._modes) > KEPT_MOST:
-            del self._modes[next(iter(self._modes))]
+        self._of[key] = kept = self._of.pop(key, None) or Modes()
+        if len(self._of) > KEPT_MOST:
+            del self._of[next(iter(self._of))]
+        modes = copy.copy(kept)
+        self._requests.append((ref(client), kept, copy.copy(kept), modes))
         return modes
+
+
+def _take_over(whose: ReferenceType[Client], kept: Modes, begun: Modes, now: Modes) -> bool:
+    """What a request has changed, if it has ended."""
+    client = whose()
+    if client and client.connected:
+        return False
+    vars(kept).update({name: value for name, value in vars(now).items() if value != vars(begun)[name]})
+    return True
 
 
 @dataclass(frozen=True)

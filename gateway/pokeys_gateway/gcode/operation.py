@@ -36,13 +36,15 @@ STOP_S = 5.0                # to be confirmed: what moves needs its time
 LOOK_S = 0.005
 PERSON_S = 0.1              # to look for M108
 EMERGENCY = "emergency_stop"
-RESUME = "M999"
+RESUME, TOOL = "M999", "M6"
 PAUSED = "echo:busy: paused for user"       # as Marlin says it
 _LOG = logging.getLogger("pokeys-gateway")
 
 
 def _pause_of(line: Line) -> tuple[float | None, str]:
-    """Of M0: seconds, None: until M108; a text."""
+    """Of M0: seconds, None: until M108; a text. Who changes a tool has no hurry."""
+    if line.name == TOOL:
+        return None, line.argument
     try:
         words = line.words()
     except BadWords:

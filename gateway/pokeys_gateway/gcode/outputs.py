@@ -40,7 +40,7 @@ class Outputs:
         self._turns = ""                # the command that has begun it
         self._forgotten = 0             # how often all was switched off
         self._speed: float | None = None        # the last S
-        self._switched: set[Output] = set()     # since all was off
+        self._wanted: dict[Output, float] = {}   # what was commanded last, since all was off
         self.used_at = 0.0              # when something was commanded last
         self._giving: set[asyncio.Task[None]] = set()
 
@@ -130,7 +130,8 @@ class Outputs:
         """The daemon refuses the outputs of heaters and motors, and the safe state holds all."""
         loop = asyncio.get_running_loop()
         end = loop.time() + SEEN_S
-        while self._state()[f"{one.place}.out-fb"] != on:
+        # who came later may want something else
+        while self._state()[f"{one.place}.out-fb"] != on and self._wanted.get(one) == on:
             self._holder.check()
             if loop.time() >= end:
                 await self._give({one: 0.0})
@@ -140,9 +141,9 @@ class Outputs:
 
     def forget(self) -> dict[str, float | bool]:
         """They are to be switched off, by these values."""
-        values = dict(_value(one, 0.0) for one in self._switched)
+        values = dict(_value(one, 0.0) for one in self._wanted)
         self._on.clear()
-        self._switched.clear()
+        self._wanted.clear()
         self._turns = ""
         self._forgotten += 1
         return values
@@ -183,7 +184,7 @@ class Outputs:
                 return
             for one in wanted:
                 self._judge(one)
-            self._switched.update(wanted)
+            self._wanted.update(wanted)
             self.used_at = asyncio.get_running_loop().time()
             await self._holder.take()
             if any(values.values()):
