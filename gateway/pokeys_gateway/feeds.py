@@ -97,10 +97,10 @@ def look(read: Read, objects: Objects) -> Status:
     return found
 
 
-def expand(patterns: list[str] | None, known: dict[str, int]) -> tuple[str, ...] | None:
+async def expand(patterns: list[str] | None, known: dict[str, int]) -> tuple[str, ...] | None:
     """Names for patterns with the wildcards of fnmatch, in the order of `known`; None = all.
 
-    ValueError for a pattern that fits nothing, or too many of them.
+    Others have their turn after each pattern. ValueError for a pattern that fits nothing, or too many of them.
     """
     if patterns is None:
         return None
@@ -118,6 +118,7 @@ def expand(patterns: list[str] | None, known: dict[str, int]) -> tuple[str, ...]
         if not fits:
             raise ValueError(NO_NAME.format(pattern))
         names.update(fits)
+        await asyncio.sleep(0)
     return tuple(sorted(names, key=known.__getitem__))
 
 

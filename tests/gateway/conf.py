@@ -1,11 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
 """gateway.conf: every fault in one line with its place, and nothing happens before all is judged."""
+import os
 import pathlib
 import re
 import subprocess
 import sys
 import tempfile
+import traceback
 
 PROGRAM = pathlib.Path(sys.argv[1])
 
@@ -102,9 +104,33 @@ BAD = (
 )
 
 
-def run(*words, **options):
+def start(*words):
+    """The program, as a user starts it."""
     return subprocess.run(["/usr/bin/python3", "-B", PROGRAM, *words], capture_output=True, text=True, timeout=60,
-                          check=False, **options)
+                          check=False)
+
+
+def run(*words):
+    """The same in a fork of this process, which has the libraries already: to load them takes most of a second."""
+    with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+        pid = os.fork()
+        if pid == 0:
+            os.dup2(out.fileno(), 1)
+            os.dup2(err.fileno(), 2)
+            status = 1
+            try:
+                status = __main__.main([os.fsdecode(word) for word in words])
+            except SystemExit as ended:
+                status = ended.code
+            except BaseException:           # as Python ends
+                traceback.print_exc()
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(status)
+        status = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+        out.seek(0)
+        err.seek(0)
+        return subprocess.CompletedProcess(words, status, out.read().decode(), err.read().decode())
 
 
 def main():
@@ -114,8 +140,8 @@ def main():
         def check():
             return run("--check-config", "--config", conf)
         conf.write_text(GOOD, encoding="utf-8")
-        ran = check()
-        assert (ran.returncode, ran.stderr, ran.stdout) == (0, "", f"pokeys-gateway: {conf} is valid\n"), ran
+        for ran in check(), start("--check-config", "--config", conf):
+            assert (ran.returncode, ran.stderr, ran.stdout) == (0, "", f"pokeys-gateway: {conf} is valid\n"), ran
         for text, line, said in BAD:
             conf.write_text(text, encoding="utf-8")
             ran = check()
@@ -141,17 +167,15 @@ def main():
         # each key is in the manual page, and no other
         page = (pathlib.Path(__file__).parents[2] / "man/pokeys-gateway.conf.5.scd").read_text(encoding="utf-8")
         keys = re.findall(r"^\*([a-z-]+)\* = ", page, re.M)
-        sys.path.insert(0, str(PROGRAM.parent))
-        from pokeys_gateway import config  # pylint: disable=import-outside-toplevel
         assert keys == [key.name for key in config.KEYS], keys
-        assert run("--version").stdout.startswith("pokeys-gateway 0."), run("--version")
+        ran = start("--version")
+        assert ran.stdout.startswith("pokeys-gateway 0."), ran
     print(f"{len(BAD)} mistakes")
 
 
 if __name__ == "__main__":
     try:
-        import aiohttp  # noqa: F401
-        import prometheus_client  # noqa: F401
+        from pokeys_gateway import __main__, config
     except ImportError as error:
         print(f"not tried: {error} (Debian: python3-aiohttp, python3-prometheus-client)", file=sys.stderr)
         sys.exit(77)

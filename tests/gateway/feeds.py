@@ -244,18 +244,30 @@ async def rates_are_those_of_the_beats():
 
 async def names_are_expanded():
     known = {"pin.00.in": 0, "pin.01.in": 1, "cycle": 2}
-    assert feeds.expand(None, known) is None
+    assert await feeds.expand(None, known) is None
     # in one order, so that equal wishes are one
-    assert feeds.expand(["cycle", "pin.*.in", "pin.00.in"], known) == ("pin.00.in", "pin.01.in", "cycle")
+    assert await feeds.expand(["cycle", "pin.*.in", "pin.00.in"], known) == ("pin.00.in", "pin.01.in", "cycle")
     for wrong, said in ((["no.*"], "no value is named 'no.*'"), ([f"*{i}" for i in range(40)], "at most 32 names"),
                         ([f"old{i}" for i in range(40)], "no value is named 'old"),
                         (["*i" * 30000], "no value is named '*i*i*i*i*'")):
         try:
-            feeds.expand(wrong, known)
+            await feeds.expand(wrong, known)
         except ValueError as error:
             assert said in str(error), error
         else:
             raise AssertionError("it was taken")
+    # a client that asks for much keeps the others waiting for one pattern at most
+    turns = 0
+
+    async def another():
+        nonlocal turns
+        while True:
+            turns += 1
+            await asyncio.sleep(0)
+    other = asyncio.create_task(another())
+    await feeds.expand([f"{i * '?'}*" for i in range(6)], known)
+    other.cancel()
+    assert turns >= 6, turns
 
 
 async def a_feed_that_fails_goes_on():

@@ -415,6 +415,19 @@ def test_behind_a_proxy_nobody_comes_past_it():
         equal(server.ask("/healthz", **through(PROXY))[0], 200)
         _, flags, _ = server.log_in("anna", **through(PROXY, X_Forwarded_Proto="https"))
         assert "Secure" in flags, flags
+        # the page's origin is what the browser sees of the proxy; other servers of that computer are other origins
+        for origin, given, status in (("https://mill.example", {}, 200), ("https://mill.example:443", {}, 200),
+                                      ("http://mill.example", {}, 403), ("https://mill.example:8443", {}, 403),
+                                      ("https://mill.example:8443", {"Host": "mill.example:8443"}, 200),
+                                      ("https://mill.example:8443", {"X_Forwarded_Host": "mill.example:8443"}, 200),
+                                      ("https://mill.example", {"X_Forwarded_Host": "mill.example:8443"}, 403),
+                                      ("https://mill.example", {"Host": f"{FAR}:{PORT}"}, 200),
+                                      ("https://mill.example:8443", {"Host": f"{FAR}:{PORT}"}, 403),
+                                      ("https://evil.example", {"X_Forwarded_Host": "evil.example"}, 403),
+                                      ("https://evil.example", {}, 403)):
+            answer = server.ask("/healthz", **(through(PROXY, Origin=origin, X_Forwarded_Proto="https") | given))
+            equal(answer[0], status, (origin, given))
+            assert status == 200 or "X-Forwarded-Host" in json.dumps(answer[2]), answer
         # the limit is for each client behind the proxy, and only the proxy's word for the address counts
         wrong = {"name": "anna", "password": "wrong one"}
         for i in range(5):

@@ -13,7 +13,7 @@ import logging
 import os
 import socket
 import ssl
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterable
 from dataclasses import asdict
 from datetime import UTC, datetime
 from http import HTTPStatus
@@ -66,26 +66,35 @@ def host_is_ours(hosts: list[str], config: Config, here: str = "") -> bool:
         return name == "localhost" or name in config.host_names
 
 
-def _is_ours(origin: str, host: str, config: Config, secure: bool, ports: tuple[int, ...]) -> bool:
+def _is_one_of(origin: str, hosts: Iterable[str], scheme: str, ports: tuple[int, ...]) -> bool:
     """One origin; ValueError if it is not a URL."""
-    parts, asked = urlsplit(origin), urlsplit(f"//{host}")
-    usual = DEFAULT_PORTS.get(parts.scheme)
-    if not parts.hostname or not usual or (secure and parts.scheme != "https"):
+    page = urlsplit(origin)
+    usual = DEFAULT_PORTS.get(page.scheme)
+    if not page.hostname or not usual or scheme not in ("", page.scheme):
         return False
     # a browser leaves out the usual port in both headers
-    same = parts.hostname == asked.hostname and (asked.port or usual) - (parts.port or usual) in ports
-    return same or (bool(config.behind_proxy) and parts.hostname in config.host_names)
+    return any(page.hostname == asked.hostname and (asked.port or usual) - (page.port or usual) in ports
+               for asked in (urlsplit(f"//{host}") for host in hosts))
 
 
-def origin_is_ours(origins: list[str], host: str, config: Config, secure: bool, ports: tuple[int, ...] = (0,)) -> bool:
-    """Did a page of ours send this request? A browser names the page's origin.
+def origin_is_ours(request: web.Request, config: Config, proxied: bool, ports: tuple[int, ...]) -> bool:
+    """Did a page of ours send this request, whose Host is ours? A browser names the page's origin.
 
     WebSockets are open to the pages of all sites unless the server looks. Ours is the page of the same
-    host and port; its port may also be lower by one of `ports`. Behind a proxy, which may ask under another
-    name, it is that of one of our names.
+    host and port; its port may also be lower by one of `ports`. A proxy may ask under another name: then the page's
+    is the one that the proxy gives, or one of ours at the usual port.
     """
+    headers = request.headers
+    hosts, scheme = [headers["Host"]], "https" if request.secure else ""
+    if proxied:
+        scheme = headers.get("X-Forwarded-Proto", scheme)
+        given: list[str] = headers.getall("X-Forwarded-Host", [])
+        # it may have passed what the browser said
+        if given and not host_is_ours(given, config):
+            return False
+        hosts = given or [*hosts, *config.host_names]
     try:
-        return all(_is_ours(origin, host, config, secure, ports) for origin in origins)
+        return all(_is_one_of(origin, hosts, scheme, ports) for origin in headers.getall("Origin", []))
     except ValueError:
         return False
 
@@ -116,9 +125,10 @@ def guard(config: Config, gate: Gate, session: Session, headers: dict[str, str],
         if not host_is_ours(request.headers.getall("Host", []), config, here):
             return complaint(
                 HTTPStatus.FORBIDDEN, "this host name is not allowed; see host-names in pokeys-gateway.conf(5)")
-        if not origin_is_ours(request.headers.getall("Origin", []), request.headers["Host"], config, request.secure,
-                              ports(request)):
-            return complaint(HTTPStatus.FORBIDDEN, "a page of another site must not ask here")
+        proxied = session.proxied(request)
+        if not origin_is_ours(request, config, proxied, ports(request)):
+            return complaint(HTTPStatus.FORBIDDEN, "a page of another site must not ask here" + (
+                "; the proxy has to pass the page's host and port (X-Forwarded-Host)" if proxied else ""))
         # browsers say so where they can; links to the page are good
         if request.headers.get("Sec-Fetch-Site") == "cross-site" and request.headers.get(
                 "Sec-Fetch-Mode") != "navigate":

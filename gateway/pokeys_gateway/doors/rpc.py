@@ -293,7 +293,7 @@ class _Connection:
         only(params)
         return {"objects": self._hub.source.names()}
 
-    def _objects(self, params: dict[str, Any]) -> Objects:
+    async def _objects(self, params: dict[str, Any]) -> Objects:
         objects = params.get("objects")
         if not isinstance(objects, dict) or not objects:
             raise RpcError(INVALID_PARAMS, 'objects has to be an object, such as {"mill": ["pin.03.in"]} or '
@@ -305,24 +305,24 @@ class _Connection:
             if names is not None and not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
                 raise RpcError(INVALID_PARAMS, f"objects.{device} has to be a list of names, or null")
             try:
-                wanted = expand(names, self._door.names)
+                wanted = await expand(names, self._door.names)
             except ValueError as error:
                 raise RpcError(INVALID_PARAMS, str(error)) from None
             rows = self._hub.model.rows
             found.append(Part(device, wanted, any(rows[name].diagnostic for name in wanted or ())))
         return tuple(sorted(found, key=lambda part: part.device))
 
-    def _query(self, params: dict[str, Any]) -> dict[str, Any]:
+    async def _query(self, params: dict[str, Any]) -> dict[str, Any]:
         only(params, "objects")
-        objects = self._objects(params)
+        objects = await self._objects(params)
         return {"eventtime": time.time(), "status": look(functools.partial(whole, self._hub.source), objects)}
 
-    def _subscribe(self, params: dict[str, Any]) -> dict[str, Any]:
+    async def _subscribe(self, params: dict[str, Any]) -> dict[str, Any]:
         only(params, "objects", "rate")
         rate = params.get("rate", USUAL_RATE)
         if isinstance(rate, bool) or not isinstance(rate, (int, float)) or not RATE_LEAST <= rate <= RATE_MOST:
             raise RpcError(INVALID_PARAMS, f"rate has to be {RATE_LEAST} to {RATE_MOST:g} a second")
-        wish = Wish.at(rate, self._objects(params))
+        wish = Wish.at(rate, await self._objects(params))
         self.leave()
         self._feed, status = self._door.feeds.join(wish, self.subscriber)
         return {"status": status, "eventtime": time.time(), "serial": self._feed.serial, "rate": wish.rate}

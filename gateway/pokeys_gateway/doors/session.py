@@ -34,14 +34,14 @@ class Session:
         self._judges = judges
         self._proxies = frozenset(map(exact, config.behind_proxy))
 
-    def _behind(self, request: web.Request) -> bool:
+    def proxied(self, request: web.Request) -> bool:
         """Does it come from a proxy of ours?"""
         return exact(request.remote or "") in self._proxies
 
     def address(self, request: web.Request) -> str:
         """Of the client, as what counts as one; behind a proxy, the one that the proxy has added."""
         peer = request.remote or ""
-        if self._behind(request):
+        if self.proxied(request):
             last = ",".join(request.headers.getall("X-Forwarded-For", [])).rpartition(",")[2].strip()
             with contextlib.suppress(ValueError):
                 peer = plain(last)
@@ -92,7 +92,7 @@ class Session:
             "WWW-Authenticate": 'Basic realm="pokeys-gateway", charset="UTF-8"'}))
 
     def _secure(self, request: web.Request) -> bool:
-        return request.secure or (self._behind(request) and request.headers.get("X-Forwarded-Proto", "") == "https")
+        return request.secure or (self.proxied(request) and request.headers.get("X-Forwarded-Proto", "") == "https")
 
     def _state(self, request: web.Request, who: Who | None) -> web.Response:
         return good({"required": self._access.required, "user": who.name or None if who else None,
