@@ -48,7 +48,7 @@ static void sleep_ns(uint64_t ns)
 static uint64_t write_command(void)
 {
 	command.heartbeat++;
-	command.t_ns = command.t_thread_ns = now_ns();	/* the state is read beside it */
+	command.t_ns = command.t_thread_ns = now_ns(); /* the state is read beside it */
 	pokeys_client_write(client, &command);
 	return command.t_ns;
 }
@@ -95,7 +95,8 @@ static bool begin(const char *folder, const char *device)
 	if (!until(is_heard) || !until(is_low))
 		return false;
 	command.axis[0] = (struct pokeys_axis_command){
-		.position = state.engine.axis[0].position, .mode = state.engine.axis[0].mode,
+		.position = state.engine.axis[0].position,
+		.mode = state.engine.axis[0].mode,
 		.enable = 1,
 	};
 	command.flags = POKEYS_COMMAND_MACHINE_ON;

@@ -19,9 +19,9 @@ enum { AXES = POKEYS_AXES, SECONDS_MAX = 600, STEP = 125, RAMP = 25, RAMP_MS = S
 
 struct line {
 	const char *name;
-	double loss;			/* each way */
-	uint64_t jitter_ns;		/* each way, evenly from 0 */
-	bool told;			/* the device counts free slots */
+	double loss;        /* each way */
+	uint64_t jitter_ns; /* each way, evenly from 0 */
+	bool told;          /* the device counts free slots */
 };
 
 static const struct line lines[] = {
@@ -44,17 +44,20 @@ static void go(int32_t position)
 	for (unsigned int i = 0; i < AXES; i++)
 		world.command.axis[i] = (struct pokeys_axis_command){
 			.position = i & 1 ? -position : position,
-			.mode = POKEYS_AXIS_BUFFERED, .enable = 1,
+			.mode = POKEYS_AXIS_BUFFERED,
+			.enable = 1,
 		};
 }
 
 static void begin(const struct line *line)
 {
 	const struct sim_rig_options options = {
-		.service_ns = 100 * US, .device.choices.count_free = line->told,
+		.service_ns = 100 * US,
+		.device.choices.count_free = line->told,
 	};
 	const struct sim_link_faults faults = {
-		.delay = { SIM_DELAY_UNIFORM, 25 * US, line->jitter_ns, 0 }, .loss = line->loss,
+		.delay = { SIM_DELAY_UNIFORM, 25 * US, line->jitter_ns, 0 },
+		.loss = line->loss,
 	};
 	struct pokeys_settings *settings = &world.config.settings;
 
@@ -107,9 +110,10 @@ static void measure(const struct line *line, unsigned int seconds)
 		wrong += world.rig.device.engine.axis[i].pulses != (i & 1 ? -at : at);
 	printf("{\"line\": \"%s\", \"loss\": %g, \"jitter_us\": %llu, \"told\": %s, "
 	       "\"seconds\": %u, \"axes\": %d, \"khz\": %d, \"underruns\": %llu, \"resyncs\": %u, "
-	       "\"fills_in_parts\": %llu, \"axes_off\": %d, \"level\": [", line->name, line->loss,
-	       (unsigned long long)(line->jitter_ns / US), line->told ? "true" : "false", seconds,
-	       AXES, STEP, (unsigned long long)ring->underruns, world.state.engine.buffer_resyncs,
+	       "\"fills_in_parts\": %llu, \"axes_off\": %d, \"level\": [",
+	       line->name, line->loss, (unsigned long long)(line->jitter_ns / US),
+	       line->told ? "true" : "false", seconds, AXES, STEP,
+	       (unsigned long long)ring->underruns, world.state.engine.buffer_resyncs,
 	       (unsigned long long)world.sent.operation[0xB0], wrong);
 	for (unsigned int i = 0; i <= SIM_RING_SLOTS; i++)
 		printf("%s%u", i ? ", " : "", level[i]);

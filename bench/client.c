@@ -165,7 +165,9 @@ static uint64_t run(struct client *c, const struct client_way *way, uint64_t *cy
 static const struct client_way *find(const char *name)
 {
 	const struct client_way *const lists[] = {
-		client_socket_ways, client_ring_ways, client_xdp_ways,
+		client_socket_ways,
+		client_ring_ways,
+		client_xdp_ways,
 	};
 
 	for (size_t i = 0; i < sizeof(lists) / sizeof(lists[0]); i++)
@@ -210,8 +212,8 @@ static void print(struct client *c, const char *way, uint64_t cycles, uint64_t c
 static int usage(void)
 {
 	fprintf(stderr, "usage: bench-client ADDRESS PORT WAY fast|all CYCLES PERIOD_US CPU\n"
-		"       bench-client ADDRESS PORT hold\n"
-		"ways: blocking sleeping spinning batching ring ring-spin ring-napi xdp\n");
+			"       bench-client ADDRESS PORT hold\n"
+			"ways: blocking sleeping spinning batching ring ring-spin ring-napi xdp\n");
 	return 2;
 }
 

@@ -15,17 +15,17 @@
 
 struct client {
 	struct ask ask;
-	int fd;				/* a socket that is connected to the device */
-	uint32_t open;			/* bit = question without an answer so far */
-	uint64_t tick_ns, begin_ns;	/* when the cycle was due, and began */
+	int fd;                     /* a socket that is connected to the device */
+	uint32_t open;              /* bit = question without an answer so far */
+	uint64_t tick_ns, begin_ns; /* when the cycle was due, and began */
 	uint64_t lost;
-	struct samples newest;		/* the cycle's last answer, since it was asked for */
-	struct samples all;		/* from the start of the cycle until all answers are in */
+	struct samples newest; /* the cycle's last answer, since it was asked for */
+	struct samples all;    /* from the start of the cycle until all answers are in */
 };
 
 struct client_way {
 	const char *name;
-	bool spins;			/* awake before the tick, and never sleeps for an answer */
+	bool spins; /* awake before the tick, and never sleeps for an answer */
 	/* Once; 0, or the reason why this machine cannot. */
 	const char *(*open)(struct client *client);
 	/* All questions of one cycle and their answers, or until client_late(). */

@@ -81,8 +81,8 @@ static const char *open_ring(struct client *c)
 	};
 
 	if (io_uring_queue_init_params(64, &ring, &p) ||
-	    io_uring_register_files(&ring, &c->fd, 1) ||
-	    io_uring_register_ring_fd(&ring) != 1 || make_buffers())
+	    io_uring_register_files(&ring, &c->fd, 1) || io_uring_register_ring_fd(&ring) != 1 ||
+	    make_buffers())
 		return "the kernel refuses the ring, or is older than 6.1";
 	arm();
 	return NULL;

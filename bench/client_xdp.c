@@ -28,7 +28,7 @@
 #include "bench/client.h"
 #include "redirect.skel.h"
 
-enum { SLOTS = 64, FRAME = 2048, HEAD = 42 };	/* frames 0..63 go out, 64..127 come in */
+enum { SLOTS = 64, FRAME = 2048, HEAD = 42 }; /* frames 0..63 go out, 64..127 come in */
 
 struct ring {
 	uint32_t *producer, *consumer;
@@ -91,7 +91,8 @@ static bool map_ring(struct ring *ring, const struct xdp_ring_offset *at, uint64
 
 static bool make_rings(void)
 {
-	const struct xdp_umem_reg area = { .addr = (uintptr_t)frames, .len = 2 * SLOTS * FRAME,
+	const struct xdp_umem_reg area = { .addr = (uintptr_t)frames,
+					   .len = 2 * SLOTS * FRAME,
 					   .chunk_size = FRAME };
 	const int names[] = { XDP_UMEM_FILL_RING, XDP_UMEM_COMPLETION_RING, XDP_RX_RING,
 			      XDP_TX_RING };
@@ -121,7 +122,8 @@ static void give_frame(uint64_t address)
 
 static const char *open_rings(unsigned int index)
 {
-	const struct sockaddr_xdp to = { .sxdp_family = AF_XDP, .sxdp_ifindex = index,
+	const struct sockaddr_xdp to = { .sxdp_family = AF_XDP,
+					 .sxdp_ifindex = index,
 					 .sxdp_flags = XDP_COPY };
 	const uint32_t key = 0;
 
@@ -141,8 +143,7 @@ static const char *open_rings(unsigned int index)
 
 /* The neighbour's address; the kernel has it, for a question was answered before. */
 static bool find_neighbour(const struct client *c, const char *name,
-			   const struct sockaddr_in *device,
-			   uint8_t address[ETH_ALEN])
+			   const struct sockaddr_in *device, uint8_t address[ETH_ALEN])
 {
 	struct arpreq request = { 0 };
 
@@ -172,7 +173,10 @@ static const char *write_head(const struct client *c, const char *name,
 			      const struct sockaddr_in *own)
 {
 	struct ethhdr ethernet = { .h_proto = htons(ETH_P_IP) };
-	struct iphdr ip = { .version = 4, .ihl = 5, .ttl = 64, .protocol = IPPROTO_UDP,
+	struct iphdr ip = { .version = 4,
+			    .ihl = 5,
+			    .ttl = 64,
+			    .protocol = IPPROTO_UDP,
 			    .tot_len = htons(sizeof(ip) + sizeof(struct udphdr) + ASK_PACKET) };
 	struct udphdr udp = { .source = own->sin_port, .len = htons(sizeof(udp) + ASK_PACKET) };
 	struct sockaddr_in device;

@@ -263,9 +263,9 @@ static void print_servo(const char *name, bool ours)
 
 	printf("\"%s\": {\"worst_mm\": %.4f, \"rms_mm\": %.4f, \"overshoot_mm\": %.4f, "
 	       "\"settled_s\": %.3f, \"disturbed_mm\": %.4f, \"recovered_s\": %.3f, "
-	       "\"samples\": %ld}", name, result.worst,
-	       sqrt(result.square / (double)result.samples), result.overshoot, result.settled_s,
-	       result.disturbed, result.recovered_s, result.samples);
+	       "\"samples\": %ld}",
+	       name, result.worst, sqrt(result.square / (double)result.samples), result.overshoot,
+	       result.settled_s, result.disturbed, result.recovered_s, result.samples);
 }
 
 static void print_heater(const char *name, const struct sim_heat_config *plant, double target,
@@ -274,8 +274,9 @@ static void print_heater(const char *name, const struct sim_heat_config *plant, 
 	const struct result result = heat(plant, target, ours);
 
 	printf("\"%s\": {\"overshoot_k\": %.2f, \"settled_s\": %.1f, \"disturbed_k\": %.2f, "
-	       "\"recovered_s\": %.1f, \"samples\": %ld}", name, result.overshoot,
-	       result.settled_s, result.disturbed, result.recovered_s, result.samples);
+	       "\"recovered_s\": %.1f, \"samples\": %ld}",
+	       name, result.overshoot, result.settled_s, result.disturbed, result.recovered_s,
+	       result.samples);
 }
 
 int main(int argc, char **argv)

@@ -39,9 +39,12 @@ static struct values values;
 static struct binding binding;
 static struct pin pins[BINDING_PINS];
 static void *pointers[BINDING_PINS];
-static struct { struct pokeys_state state; struct pokeys_command command; } from, to;
+static struct {
+	struct pokeys_state state;
+	struct pokeys_command command;
+} from, to;
 
-static int moving;	/* encoders */
+static int moving; /* encoders */
 static bool cold;
 
 static uint64_t now_ns(void)
@@ -60,7 +63,7 @@ static __attribute__((noinline)) void elsewhere(size_t bytes)
 	for (size_t i = 0; i < bytes; i += 64)
 		((volatile unsigned char *)other)[i]++;
 #ifdef __x86_64__
-	__asm__ volatile(".fill 131072, 1, 0x90");	/* no operation */
+	__asm__ volatile(".fill 131072, 1, 0x90"); /* no operation */
 #endif
 }
 
@@ -134,9 +137,14 @@ static void write_funct(uint64_t device_ns)
 /* 0 = there are no such ones. */
 static uint8_t names_of(const char *text)
 {
-	static const struct { const char *text; uint8_t names; } known[] = {
-		{ "canonical", TABLE_CANONICAL }, { "legacy", TABLE_LEGACY },
-		{ "both", TABLE_BOTH }, { "all", TABLE_ALL },
+	static const struct {
+		const char *text;
+		uint8_t names;
+	} known[] = {
+		{ "canonical", TABLE_CANONICAL },
+		{ "legacy", TABLE_LEGACY },
+		{ "both", TABLE_BOTH },
+		{ "all", TABLE_ALL },
 	};
 
 	for (size_t i = 0; i < sizeof(known) / sizeof(known[0]); i++)
@@ -152,13 +160,14 @@ int main(int argc, char **argv)
 	uint64_t device_ns = UINT64_C(1000000000);
 
 	if (!names || (moving = atoi(argv[1])) < 0 || moving > POKEYS_ENCODERS) {
-		fprintf(stderr, "usage: bench-exchange ENCODERS canonical|legacy|both|all [cold]\n"
-			"(encoders that move, 0..%d)\n", POKEYS_ENCODERS);
+		fprintf(stderr,
+			"usage: bench-exchange ENCODERS canonical|legacy|both|all [cold]\n"
+			"(encoders that move, 0..%d)\n",
+			POKEYS_ENCODERS);
 		return 2;
 	}
 	cold = argc == 4;
-	if (samples_init(&read, BATCH * BATCHES) < 0 ||
-	    samples_init(&write, BATCH * BATCHES) < 0 ||
+	if (samples_init(&read, BATCH * BATCHES) < 0 || samples_init(&write, BATCH * BATCHES) < 0 ||
 	    samples_init(&both, BATCH * BATCHES) < 0 || samples_init(&copy, BATCHES) < 0)
 		return 1;
 	begin(names);

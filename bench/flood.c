@@ -113,7 +113,8 @@ int main(int argc, char **argv)
 	if (rate < 10000 || rate > 640000 || seconds < 1 || seconds > SECONDS_MAX) {
 		fprintf(stderr,
 			"usage: bench-flood FROM TO PORT RATE (10000..640000) SECONDS (1..%d)"
-			" CPU\n", SECONDS_MAX);
+			" CPU\n",
+			SECONDS_MAX);
 		return 2;
 	}
 	fd = open_socket(argv[1], argv[2], atoi(argv[3]));

@@ -61,8 +61,12 @@ static void add_heater(struct machine *machine, unsigned int i)
 	struct heating_config *config = &world->config.heater[i];
 
 	*config = (struct heating_config){
-		.heater = heater_usual, .sensor = (uint8_t)input_of(i), .kind = HEATING_PIN,
-		.output = (uint8_t)(FIRST_HEATER_PIN + i), .least_ns = 1 * SECOND, .within = 3,
+		.heater = heater_usual,
+		.sensor = (uint8_t)input_of(i),
+		.kind = HEATING_PIN,
+		.output = (uint8_t)(FIRST_HEATER_PIN + i),
+		.least_ns = 1 * SECOND,
+		.within = 3,
 	};
 	snprintf(config->name, sizeof(config->name), "%u", i);
 	world->config.heaters = (uint8_t)(i + 1);
@@ -75,12 +79,28 @@ static void add_heater(struct machine *machine, unsigned int i)
 static void add_motor(struct machine *machine, unsigned int i)
 {
 	static const struct servo_config loop = {
-		.scale = 400, .least = -INFINITY, .most = INFINITY, .speed_most = 300,
-		.speed_jump = 900, .gains = { .p = 1, .i = 10, .d = 0.01, .velocity = 0.00262,
-					      .acceleration = 5.2e-5 },
-		.integral_most = 0.5, .output_most = 1, .smooth = 0.001, .follow_least = 20,
-		.follow_most = 20, .stall_output = 0.9, .stall_move = 0.1, .stall_s = 5,
-		.silent_output = 0.2, .silent_s = 1, .runaway_output = 0.9, .runaway_move = 50,
+		.scale = 400,
+		.least = -INFINITY,
+		.most = INFINITY,
+		.speed_most = 300,
+		.speed_jump = 900,
+		.gains = { .p = 1,
+			   .i = 10,
+			   .d = 0.01,
+			   .velocity = 0.00262,
+			   .acceleration = 5.2e-5 },
+		.integral_most = 0.5,
+		.output_most = 1,
+		.smooth = 0.001,
+		.follow_least = 20,
+		.follow_most = 20,
+		.stall_output = 0.9,
+		.stall_move = 0.1,
+		.stall_s = 5,
+		.silent_output = 0.2,
+		.silent_s = 1,
+		.runaway_output = 0.9,
+		.runaway_move = 50,
 		.stale_ns = 10 * MS,
 	};
 	struct world *world = &machine->world;
@@ -88,25 +108,35 @@ static void add_motor(struct machine *machine, unsigned int i)
 	const unsigned int encoder = FIRST_ENCODER + i;
 
 	*config = (struct servoing_config){
-		.servo = loop, .drive = { .kind = DRIVE_ANTIPHASE }, .encoder = (uint8_t)encoder,
-		.pwm = (uint8_t)i, .reverse_pwm = SERVOING_NONE, .direction = SERVOING_NONE,
-		.enable = (uint8_t)(FIRST_ENABLE_PIN + i), .low = SERVOING_NONE,
+		.servo = loop,
+		.drive = { .kind = DRIVE_ANTIPHASE },
+		.encoder = (uint8_t)encoder,
+		.pwm = (uint8_t)i,
+		.reverse_pwm = SERVOING_NONE,
+		.direction = SERVOING_NONE,
+		.enable = (uint8_t)(FIRST_ENABLE_PIN + i),
+		.low = SERVOING_NONE,
 		.high = SERVOING_NONE,
 	};
 	snprintf(config->name, sizeof(config->name), "%u", i);
 	world->config.servos = (uint8_t)(i + 1);
 	world_encoder(world, encoder, WIRE_ENC_ENABLE | WIRE_ENC_4X, 255, 255);
 	world_pin(world, config->enable, WIRE_PIN_OUTPUT);
-	sim_servo_fit(&world->rig.device, encoder, &(struct sim_servo){
-		.kind = SIM_SERVO_ANTIPHASE, .pwm = (uint8_t)i, .enable = config->enable,
-	}, &sim_motor_small);
+	sim_servo_fit(&world->rig.device, encoder,
+		      &(struct sim_servo){
+			      .kind = SIM_SERVO_ANTIPHASE,
+			      .pwm = (uint8_t)i,
+			      .enable = config->enable,
+		      },
+		      &sim_motor_small);
 }
 
 static void begin(struct machine *machine)
 {
 	/* this one has terminals for all six PWM outputs */
 	const struct sim_rig_options options = {
-		.service_ns = 100 * US, .device.hardware = WIRE_HW_57E,
+		.service_ns = 100 * US,
+		.device.hardware = WIRE_HW_57E,
 	};
 	struct world *world = &machine->world;
 

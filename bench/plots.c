@@ -53,7 +53,9 @@ static void plot_servo(void)
 		{ .p = all.p },
 		{ .p = all.p, .d = all.d },
 		{ .p = all.p, .d = all.d, .velocity = all.velocity },
-		{ .p = all.p, .d = all.d, .velocity = all.velocity,
+		{ .p = all.p,
+		  .d = all.d,
+		  .velocity = all.velocity,
 		  .acceleration = all.acceleration },
 		all,
 	};

@@ -135,7 +135,7 @@ static void publish(struct shm_device *device, int which)
 
 		sleep_until(next += PERIOD_NS);
 		t = now_ns();
-		shm_device_prepare(device);	/* as the loop does, before there are answers */
+		shm_device_prepare(device); /* as the loop does, before there are answers */
 		taken = now_ns() - t;
 		sleep_until(next + ANSWER_NS);
 		image.cycle++;

@@ -34,8 +34,7 @@ int redirect(struct xdp_md *context)
 
 	if (!device_port || (const void *)(udp + 1) > end ||
 	    ethernet->h_proto != bpf_htons(ETH_P_IP) || ip->ihl != 5 ||
-	    ip->protocol != IPPROTO_UDP ||
-	    udp->source != device_port || udp->dest != own_port)
+	    ip->protocol != IPPROTO_UDP || udp->source != device_port || udp->dest != own_port)
 		return XDP_PASS;
 	return (int)bpf_redirect_map(&sockets, context->rx_queue_index, XDP_PASS);
 }

@@ -39,8 +39,8 @@ static struct {
 	uint64_t tick[TICKS];
 	/* newest slow answer: at the last look, of the last burst */
 	uint64_t slow_ns, done_ns;
-	uint64_t accepted, cycle;	/* when the last burst was over */
-	uint64_t answers;		/* in all bursts */
+	uint64_t accepted, cycle; /* when the last burst was over */
+	uint64_t answers;         /* in all bursts */
 } bursts;
 
 static uint64_t now_ns(void)
@@ -133,11 +133,10 @@ static void print(uint64_t cycles, uint64_t missed, const struct pokeys_link_sta
 	       (unsigned long long)(after->timed_out - before->timed_out),
 	       (unsigned long long)(after->resent - before->resent),
 	       (long long)(after->sent - before->sent) -
-	       (long long)(after->received - before->received) -
-	       ((long long)after->in_flight - (long long)before->in_flight),
+		       (long long)(after->received - before->received) -
+		       ((long long)after->in_flight - (long long)before->in_flight),
 	       (unsigned long long)(after->cycles_late - before->cycles_late),
-	       (unsigned long long)incomplete,
-	       (double)bursts.answers / (double)count);
+	       (unsigned long long)incomplete, (double)bursts.answers / (double)count);
 	samples_print(&round_trip, "round_trip");
 	printf(", ");
 	samples_print(&answered, "answered");

@@ -21,7 +21,7 @@
  * Without --timeout-us a resend waits as long as the measured round trip says.
  */
 #ifndef _GNU_SOURCE
-#define _GNU_SOURCE	/* ppoll */
+#define _GNU_SOURCE /* ppoll */
 #endif
 #include <arpa/inet.h>
 #include <errno.h>
@@ -51,10 +51,10 @@ struct settings {
 /* A value that is read again and again. */
 struct reading {
 	pokeys_command_t op;
-	int id;				/* of the request under way, -1 = none */
-	uint64_t fresh, missed;		/* answered, not answered */
-	uint8_t next[POKEYS_PAYLOAD_SIZE];	/* the mailbox writes here */
-	uint8_t value[POKEYS_PAYLOAD_SIZE];	/* the last answer, whole */
+	int id;                             /* of the request under way, -1 = none */
+	uint64_t fresh, missed;             /* answered, not answered */
+	uint8_t next[POKEYS_PAYLOAD_SIZE];  /* the mailbox writes here */
+	uint8_t value[POKEYS_PAYLOAD_SIZE]; /* the last answer, whole */
 };
 
 static pokeys_device_t device;
@@ -160,7 +160,7 @@ static void print_identity(const uint8_t *payload)
 static int identify(int fd, const struct settings *settings)
 {
 	const uint64_t until = now_ns() + PATIENCE_NS;
-	static uint8_t payload[POKEYS_PAYLOAD_SIZE];	/* outlives what is in flight */
+	static uint8_t payload[POKEYS_PAYLOAD_SIZE]; /* outlives what is in flight */
 
 	while (now_ns() < until && !interrupted) {
 		const int id = create_and_send(OP_DEVICE_DATA, payload);
@@ -179,8 +179,10 @@ static int identify(int fd, const struct settings *settings)
 			return 0;
 		}
 	}
-	fprintf(stderr, "async_client: %s port %lu: no answer; is the device on, is the address "
-		"right?\n", settings->address, settings->port);
+	fprintf(stderr,
+		"async_client: %s port %lu: no answer; is the device on, is the address "
+		"right?\n",
+		settings->address, settings->port);
 	return -ETIMEDOUT;
 }
 
@@ -217,9 +219,10 @@ static void print_readings(const struct reading *io, const struct reading *engin
 
 	memcpy(position, engine->value + 16, sizeof(position));
 	printf("inputs %02x%02x%02x%02x%02x%02x%02x  engine state %u  x %" PRId32 " y %" PRId32
-	       "  round trip %" PRIu64 " us\n", io->value[6], io->value[5], io->value[4],
-	       io->value[3], io->value[2], io->value[1], io->value[0], engine->value[2],
-	       position[0], position[1], device.statistics.rtt_smoothed_ns / 1000);
+	       "  round trip %" PRIu64 " us\n",
+	       io->value[6], io->value[5], io->value[4], io->value[3], io->value[2], io->value[1],
+	       io->value[0], engine->value[2], position[0], position[1],
+	       device.statistics.rtt_smoothed_ns / 1000);
 	fflush(stdout);
 }
 
@@ -229,14 +232,15 @@ static void print_statistics(const struct reading *io, const struct reading *eng
 
 	pokeys_device_statistics(&device, &s);
 	printf("inputs read %" PRIu64 " times, missed %" PRIu64 "; engine read %" PRIu64
-	       " times, missed %" PRIu64 "\n", io->fresh, io->missed, engine->fresh,
-	       engine->missed);
+	       " times, missed %" PRIu64 "\n",
+	       io->fresh, io->missed, engine->fresh, engine->missed);
 	printf("sent %" PRIu64 " resent %" PRIu64 " answered %" PRIu64 " timed_out %" PRIu64
-	       " stray %" PRIu64 " duplicate %" PRIu64 "\n", s.sent, s.resent, s.done, s.timed_out,
-	       s.not_in_flight, s.duplicate);
+	       " stray %" PRIu64 " duplicate %" PRIu64 "\n",
+	       s.sent, s.resent, s.done, s.timed_out, s.not_in_flight, s.duplicate);
 	printf("round trip us: smoothed %" PRIu64 " least %" PRIu64 " most %" PRIu64
-	       ", deadline %" PRIu64 "\n", s.rtt_smoothed_ns / 1000, s.rtt_min_ns / 1000,
-	       s.rtt_max_ns / 1000, s.deadline_ns / 1000);
+	       ", deadline %" PRIu64 "\n",
+	       s.rtt_smoothed_ns / 1000, s.rtt_min_ns / 1000, s.rtt_max_ns / 1000,
+	       s.deadline_ns / 1000);
 }
 
 static int poll_device(int fd, const struct settings *settings)
@@ -269,8 +273,8 @@ static int poll_device(int fd, const struct settings *settings)
 	return r < 0 || !io.fresh || !engine.fresh ? 1 : 0;
 }
 
-static int parse_number(const char *option, const char *text, unsigned long low,
-			unsigned long high, unsigned long *value)
+static int parse_number(const char *option, const char *text, unsigned long low, unsigned long high,
+			unsigned long *value)
 {
 	char *end;
 
@@ -316,7 +320,8 @@ static int parse(int argc, char **argv, struct settings *settings)
 		bad = -1;
 	}
 	if (bad)
-		fprintf(bad > 0 ? stdout : stderr, "usage: async_client [--address IPV4] "
+		fprintf(bad > 0 ? stdout : stderr,
+			"usage: async_client [--address IPV4] "
 			"[--port N] [--seconds N] [--rate HZ] [--timeout-us N]\n");
 	return bad;
 }

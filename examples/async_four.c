@@ -53,7 +53,7 @@ static int udp_open(const char *address, const char *port)
 int main(int argc, char **argv)
 {
 	static pokeys_device_t device;
-	static uint8_t inputs[INPUT_BYTES];	/* the mailbox writes here */
+	static uint8_t inputs[INPUT_BYTES]; /* the mailbox writes here */
 	const struct timespec cycle = { .tv_nsec = 1000000 };
 	static bool asked[POKEYS_MAILBOX_SIZE];
 	unsigned int answered = 0;

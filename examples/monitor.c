@@ -87,8 +87,8 @@ static void print_text(const struct options *options, const struct pokeys_state 
 		       uint64_t now)
 {
 	printf("%s: %s%s, serial %" PRIu32 " %.24s, cycle %" PRIu64 "\n", options->device,
-	       link_name(state->link), fresh(state, now) ? "" : " (STALE)",
-	       state->identity.serial, state->identity.type, state->cycle);
+	       link_name(state->link), fresh(state, now) ? "" : " (STALE)", state->identity.serial,
+	       state->identity.type, state->cycle);
 	printf("  age ms    cycle %.2f digital %.2f analog %.2f encoder %.2f motion %.2f\n",
 	       age_ms(now, state->t_publish_ns), age_ms(now, state->t_digital_ns),
 	       age_ms(now, state->t_analog_ns), age_ms(now, state->t_encoder_ns),
@@ -127,8 +127,8 @@ static void print_json(const struct options *options, const struct pokeys_state 
 		       uint64_t now)
 {
 	printf("{\"device\":\"%s\",\"link\":\"%s\",\"fresh\":%s,\"serial\":%" PRIu32
-	       ",\"epoch\":%" PRIu64 ",\"cycle\":%" PRIu64, options->device,
-	       link_name(state->link), fresh(state, now) ? "true" : "false",
+	       ",\"epoch\":%" PRIu64 ",\"cycle\":%" PRIu64,
+	       options->device, link_name(state->link), fresh(state, now) ? "true" : "false",
 	       state->identity.serial, state->epoch, state->cycle);
 	printf(",\"age_ms\":{\"cycle\":%.3f,\"digital\":%.3f,\"analog\":%.3f,"
 	       "\"encoder\":%.3f,\"motion\":%.3f}",
@@ -188,8 +188,10 @@ static void pass(pokeys_client *client, double seconds)
 
 static int usage(const char *program, bool asked)
 {
-	fprintf(asked ? stdout : stderr, "usage: %s [DEVICE] [--runtime-directory DIR] "
-		"[--interval S] [--once] [--json]\n       S = 0.01..3600\n", program);
+	fprintf(asked ? stdout : stderr,
+		"usage: %s [DEVICE] [--runtime-directory DIR] "
+		"[--interval S] [--once] [--json]\n       S = 0.01..3600\n",
+		program);
 	return asked ? 0 : 2;
 }
 
@@ -209,23 +211,31 @@ static int parse(struct options *options, int argc, char **argv)
 
 	while ((c = getopt_long(argc, argv, "r:jh", known, NULL)) != -1) {
 		switch (c) {
-		case 'r': options->runtime = optarg; break;
+		case 'r':
+			options->runtime = optarg;
+			break;
 		case 'i':
 			options->interval_s = strtod(optarg, &end_of_number);
 			if (*end_of_number)
 				return -1;
 			break;
-		case 'o': options->once = true; break;
-		case 'j': options->json = true; break;
-		case 'h': return 1;
-		default: return -1;
+		case 'o':
+			options->once = true;
+			break;
+		case 'j':
+			options->json = true;
+			break;
+		case 'h':
+			return 1;
+		default:
+			return -1;
 		}
 	}
 	if (optind < argc)
 		options->device = argv[optind++];
 	/* written so that what is no number is out of range */
-	return optind == argc && options->interval_s >= 0.01 &&
-	       options->interval_s <= 3600 ? 0 : -1;
+	return optind == argc && options->interval_s >= 0.01 && options->interval_s <= 3600 ? 0 :
+											      -1;
 }
 
 /* The daemon's first device; NULL = there is none, which is said. */
@@ -237,8 +247,10 @@ static const char *first_device(const char *runtime)
 	if (r > 0)
 		return names[0];
 	if (r < 0)
-		fprintf(stderr, "the runtime folder: %s%s\n", strerror(-r), r == -EACCES ?
-			"; this user must be in its group, which is pokeys-monitor as a rule" : "");
+		fprintf(stderr, "the runtime folder: %s%s\n", strerror(-r),
+			r == -EACCES ? "; this user must be in its group, which is "
+				       "pokeys-monitor as a rule" :
+				       "");
 	else
 		fprintf(stderr, "no daemon runs; name a DEVICE to wait for it\n");
 	return NULL;

@@ -84,16 +84,20 @@ static int refused(const char *interface, int error)
 	if (error == ENODEV)
 		return -ENODEV;
 	if (error == EPERM || error == EACCES) {
-		log_line(EVENT_ERROR, "%s: the guard may not be attached: %s (CAP_BPF and "
-			 "CAP_NET_ADMIN are needed)" GUARD_LOSS, interface, strerror(error));
+		log_line(EVENT_ERROR,
+			 "%s: the guard may not be attached: %s (CAP_BPF and "
+			 "CAP_NET_ADMIN are needed)" GUARD_LOSS,
+			 interface, strerror(error));
 		return GUARD_NO_RIGHT;
 	}
 	if (error == EBUSY || error == EEXIST)
-		log_line(EVENT_WARNING, "%s: another XDP program is on it (ip link shows which)"
-			 GUARD_LOSS, interface);
+		log_line(EVENT_WARNING,
+			 "%s: another XDP program is on it (ip link shows which)" GUARD_LOSS,
+			 interface);
 	else
-		log_line(EVENT_WARNING, "%s: this kernel or this interface has no XDP: %s"
-			 GUARD_LOSS, interface, strerror(error));
+		log_line(EVENT_WARNING,
+			 "%s: this kernel or this interface has no XDP: %s" GUARD_LOSS, interface,
+			 strerror(error));
 	return GUARD_UNAVAILABLE;
 }
 
@@ -133,8 +137,9 @@ int guard_attach(struct guard_place *place)
 	if (!index)
 		return -ENODEV;
 	if (!is_ethernet(place->interface)) {
-		log_line(EVENT_WARNING, "%s is no Ethernet interface, and only such are guarded"
-			 GUARD_LOSS, place->interface);
+		log_line(EVENT_WARNING,
+			 "%s is no Ethernet interface, and only such are guarded" GUARD_LOSS,
+			 place->interface);
 		return GUARD_UNAVAILABLE;
 	}
 	if (take_over(index)) {

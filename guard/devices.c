@@ -23,7 +23,7 @@ enum { SEARCH_MS = 200, SEARCHES = 3 };
 
 _Static_assert((int)GUARD_DEVICES == (int)TRANSPORT_CHANNELS, "a daemon's devices");
 _Static_assert((int)GUARD_ANSWER == WIRE_DISCOVERY_LEN &&
-	       (int)GUARD_ANSWER_OLD == WIRE_DISCOVERY_OLD_LEN,
+		       (int)GUARD_ANSWER_OLD == WIRE_DISCOVERY_OLD_LEN,
 	       "lengths of an answer");
 
 static int unknown(const struct guard_table *table)
@@ -64,7 +64,7 @@ static void search(const struct config *config, struct guard_table *table)
 		also[i].address = config->discovery_address[i];
 	for (int i = 0; i < SEARCHES && unknown(table); i++)
 		if (discovery_search(&options, found, table) < 0)
-			return;		/* no network yet: the daemon will search */
+			return; /* no network yet: the daemon will search */
 }
 
 static void take_device(const struct device_config *device, const struct guard_table *before,

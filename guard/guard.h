@@ -22,7 +22,7 @@ enum {
 	GUARD_OK = 0,
 	GUARD_FAILED = 1,
 	GUARD_USAGE = 64,
-	GUARD_UNAVAILABLE = 69,		/* no XDP here: the daemon works on without */
+	GUARD_UNAVAILABLE = 69, /* no XDP here: the daemon works on without */
 	GUARD_BUSY = 75,
 	GUARD_NO_RIGHT = 77,
 	GUARD_CONFIG = 78,
@@ -31,9 +31,9 @@ enum {
 /* What is on an interface. */
 struct guard_place {
 	char interface[16];
-	uint32_t index;			/* 0 = it is on none */
-	bool native;			/* in the driver, else generic ... */
-	int error;			/* ... for this errno of the driver's; 0 = not asked */
+	uint32_t index; /* 0 = it is on none */
+	bool native;    /* in the driver, else generic ... */
+	int error;      /* ... for this errno of the driver's; 0 = not asked */
 	bool dedicated;
 };
 

@@ -26,7 +26,7 @@ int guard_refused(const char *what, int error);
 int guard_program_fd(void);
 int guard_devices_fd(void);
 int guard_ports_fd(void);
-int guard_sockets_fd(void);		/* loaded with sockets only */
+int guard_sockets_fd(void); /* loaded with sockets only */
 
 /* The program stays attached while its link is open. 0, or -errno of a pin that is left. */
 int guard_remove_pins(void);

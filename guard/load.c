@@ -30,7 +30,8 @@ int guard_refused(const char *what, int error)
 
 	log_line(right ? EVENT_ERROR : EVENT_WARNING, "%s: %s%s" GUARD_LOSS, what, strerror(error),
 		 right ? " (CAP_BPF, CAP_NET_ADMIN and CAP_PERFMON are needed, and the right to "
-			 "the folder of pins)" : "");
+			 "the folder of pins)" :
+			 "");
 	return right ? GUARD_NO_RIGHT : GUARD_UNAVAILABLE;
 }
 
@@ -68,8 +69,10 @@ int guard_load(bool dedicated, bool sockets)
 		unlink(guard_pin("sockets", path));
 	result = try_to_load(dedicated, sockets);
 	if (result == -EINVAL && !access(guard_pin("devices", path), F_OK)) {
-		log_line(EVENT_NOTICE, "what another version has pinned in %s is created again; "
-			 "counters begin at 0", guard_pin("", path));
+		log_line(EVENT_NOTICE,
+			 "what another version has pinned in %s is created again; "
+			 "counters begin at 0",
+			 guard_pin("", path));
 		guard_remove_pins();
 		result = guard_make_pin_folder();
 		result = result ? result : try_to_load(dedicated, sockets);

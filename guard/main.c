@@ -68,8 +68,10 @@ static int show_file(int error)
 	size_t length;
 
 	if (!from) {
-		fprintf(stderr, "pokeys-guard: no guard is at work, or none that this user may "
-			"see: %s\n", strerror(error));
+		fprintf(stderr,
+			"pokeys-guard: no guard is at work, or none that this user may "
+			"see: %s\n",
+			strerror(error));
 		return GUARD_FAILED;
 	}
 	length = fread(text, 1, sizeof(text), from);

@@ -30,12 +30,12 @@ enum packet_kind { PACKET_BROKEN, PACKET_LINK, PACKET_ARP, PACKET_IP, PACKET_OTH
 struct packet {
 	const __u8 *payload, *end;
 	__u32 source;
-	__u16 port, to_port;		/* of the sender and ours, big-endian */
-	__u16 length;			/* of the payload */
+	__u16 port, to_port; /* of the sender and ours, big-endian */
+	__u16 length;        /* of the payload */
 };
 
 struct packet_tag {
-	__u16 control, type;		/* big-endian */
+	__u16 control, type; /* big-endian */
 };
 
 static __always_inline int is_tag(__u16 type)

@@ -19,7 +19,7 @@ enum { NAME = 16 };
 
 static const char *const names[] = { "link", "counters", "devices", "ports", "sockets" };
 static char folder[GUARD_PATH - NAME] = GUARD_PINS;
-static bool is_given;			/* by --pins: the guard neither creates nor removes it */
+static bool is_given; /* by --pins: the guard neither creates nor removes it */
 
 bool guard_use_pins(const char *path)
 {
@@ -63,8 +63,10 @@ void guard_open_pins(void)
 	guard_pin("counters", path);
 	if (group && (chown(folder, (uid_t)-1, group->gr_gid) ||
 		      chown(path, (uid_t)-1, group->gr_gid) || chmod(path, 0640)))
-		log_line(EVENT_INFO, "%s: cannot be given to group pokeys: %s; " GUARD_STATUS
-			 " has the counters as well", path, strerror(errno));
+		log_line(EVENT_INFO,
+			 "%s: cannot be given to group pokeys: %s; " GUARD_STATUS
+			 " has the counters as well",
+			 path, strerror(errno));
 }
 
 int guard_remove_pins(void)

@@ -11,17 +11,17 @@
 #include <linux/types.h>
 
 enum {
-	GUARD_DEVICES = 64,		/* as many as a daemon may have */
-	GUARD_REPLY = 64,		/* bytes of a reply (protocol section 1.2) */
-	GUARD_ANSWER = 19,		/* of an answer to a search (section 1.9) ... */
-	GUARD_ANSWER_OLD = 14,		/* ... and that of a PoKeys56E */
-	GUARD_PORT = 20055,		/* whoever sends from here claims to be a device */
+	GUARD_DEVICES = 64,    /* as many as a daemon may have */
+	GUARD_REPLY = 64,      /* bytes of a reply (protocol section 1.2) */
+	GUARD_ANSWER = 19,     /* of an answer to a search (section 1.9) ... */
+	GUARD_ANSWER_OLD = 14, /* ... and that of a PoKeys56E */
+	GUARD_PORT = 20055,    /* whoever sends from here claims to be a device */
 	/* Answers to searches that pass in a while, on each core: a network full of devices. */
-	GUARD_ANSWERS = 256,		/* a device answers more than one broadcast */
+	GUARD_ANSWERS = 256, /* a device answers more than one broadcast */
 	GUARD_ANSWERS_MS = 100,
 	/* A device that was heard of more recently is not taken for moved elsewhere. */
 	GUARD_SILENT_MS = 500,
-	GUARD_QUEUES = 64,		/* of a card, as far as AF_XDP goes */
+	GUARD_QUEUES = 64, /* of a card, as far as AF_XDP goes */
 };
 
 /* Verdict, its name in status and metrics, what it counts. Passes first. */
@@ -47,10 +47,10 @@ enum guard_verdict { GUARD_VERDICT_TABLE(GUARD_ENUM) GUARD_VERDICTS };
 
 /* address and port as on the wire (big-endian) */
 struct guard_device {
-	__u64 heard_ns;			/* last reply, CLOCK_MONOTONIC */
-	__u32 serial;			/* 0 = stays where it is configured */
-	__u32 address;			/* 0 = not known yet */
-	__u16 port;			/* 0 = no device, here and from here on */
+	__u64 heard_ns; /* last reply, CLOCK_MONOTONIC */
+	__u32 serial;   /* 0 = stays where it is configured */
+	__u32 address;  /* 0 = not known yet */
+	__u16 port;     /* 0 = no device, here and from here on */
 	__u16 unused[3];
 };
 

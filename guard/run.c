@@ -33,7 +33,7 @@ struct service {
 	struct guard_place place;
 	bool told_waiting;
 	int told_publish;
-	bool sockets;			/* hand AF_XDP sockets over */
+	bool sockets; /* hand AF_XDP sockets over */
 	struct guard_server server;
 };
 
@@ -54,7 +54,7 @@ int guard_lock(void)
 		return fd;
 	close(fd);
 	log_line(EVENT_ERROR, "another pokeys-guard is at work; one guards one interface of a "
-		 "machine");
+			      "machine");
 	return -GUARD_BUSY;
 }
 
@@ -78,8 +78,10 @@ static void tell_mode(const struct guard_place *place, char *out, size_t size)
 	else if (place->error == EOPNOTSUPP)
 		snprintf(out, size, "generic (this driver has no XDP; slower)");
 	else
-		snprintf(out, size, "generic (the driver refuses XDP: %s; is the MTU too large? "
-			 "slower)", strerror(place->error));
+		snprintf(out, size,
+			 "generic (the driver refuses XDP: %s; is the MTU too large? "
+			 "slower)",
+			 strerror(place->error));
 }
 
 /* What most drivers that have XDP refuse it for. */
@@ -88,13 +90,17 @@ static void tell_remedy(const struct guard_place *place)
 	const char *name = place->interface;
 
 	if (place->error == EOPNOTSUPP)
-		log_line(EVENT_NOTICE, "%s: a driver that has XDP says this while it merges "
+		log_line(EVENT_NOTICE,
+			 "%s: a driver that has XDP says this while it merges "
 			 "packets: then ethtool -K %s lro off rx-gro-hw off, and systemctl restart "
-			 "pokeys-guard, help", name, name);
+			 "pokeys-guard, help",
+			 name, name);
 	else
-		log_line(EVENT_NOTICE, "%s: dmesg says what the driver wants; mostly ip link set "
+		log_line(EVENT_NOTICE,
+			 "%s: dmesg says what the driver wants; mostly ip link set "
 			 "%s mtu 1500 or ethtool -L %s combined 1 helps, then systemctl restart "
-			 "pokeys-guard", name, name, name);
+			 "pokeys-guard",
+			 name, name, name);
 }
 
 static void tell(const struct guard_place *place)
@@ -132,7 +138,8 @@ static int look(struct service *service)
 
 	if (!guard_is_attached(&service->place)) {
 		if (service->place.index) {
-			log_line(EVENT_WARNING, "%s: the guard is off, for the interface is gone "
+			log_line(EVENT_WARNING,
+				 "%s: the guard is off, for the interface is gone "
 				 "or somebody took it off; putting it on again",
 				 service->place.interface);
 			service->place.index = 0;
@@ -144,8 +151,10 @@ static int look(struct service *service)
 		return result;
 	result = guard_publish(&service->place, clock_now());
 	if (result && result != service->told_publish)
-		log_line(EVENT_WARNING, GUARD_STATUS ": cannot be written: %s; the daemon does not "
-			 "see the guard", strerror(-result));
+		log_line(EVENT_WARNING,
+			 GUARD_STATUS ": cannot be written: %s; the daemon does not "
+				      "see the guard",
+			 strerror(-result));
 	service->told_publish = result;
 	return 0;
 }
@@ -190,8 +199,10 @@ static void open_server(struct guard_server *server)
 	int result = guard_server_open(server, HANDOVER_PATH, guard_sockets_fd(), guard_ports_fd());
 
 	if (result)
-		log_line(EVENT_WARNING, HANDOVER_PATH ": cannot be made: %s; pokeysd gets no "
-			 "AF_XDP socket", strerror(-result));
+		log_line(EVENT_WARNING,
+			 HANDOVER_PATH ": cannot be made: %s; pokeysd gets no "
+				       "AF_XDP socket",
+			 strerror(-result));
 }
 
 int guard_run(const struct config *config)

@@ -163,9 +163,11 @@ static int enter(const struct guard_server *server, const struct handover_reques
 	log_line(EVENT_INFO, "the daemon's replies go into its AF_XDP socket");
 	queues = queues_of(server->index);
 	if (queues > 1)
-		log_line(EVENT_NOTICE, "the interface has %d receive queues; replies that come in "
+		log_line(EVENT_NOTICE,
+			 "the interface has %d receive queues; replies that come in "
 			 "at another than the first go through the kernel's network stack "
-			 "(ethtool -L ... combined 1)", queues);
+			 "(ethtool -L ... combined 1)",
+			 queues);
 	return 0;
 }
 

@@ -11,12 +11,12 @@ enum { GUARD_SERVER_FDS = 2 };
 
 struct guard_server {
 	const char *path;
-	int listener, client;		/* -1 = none */
-	int sockets, ports;		/* maps of the program */
-	uint32_t index;			/* the interface, 0 = there is none now */
+	int listener, client; /* -1 = none */
+	int sockets, ports;   /* maps of the program */
+	uint32_t index;       /* the interface, 0 = there is none now */
 	bool native;
-	bool joined;			/* the client's replies are directed to it */
-	uint64_t patient_until_ns;	/* with a client that has not joined, if another waits */
+	bool joined;               /* the client's replies are directed to it */
+	uint64_t patient_until_ns; /* with a client that has not joined, if another waits */
 };
 
 #define GUARD_SERVER_CLOSED { .listener = -1, .client = -1 }

@@ -20,7 +20,7 @@ enum { PLAIN = 5 };
 static const struct {
 	size_t pin, press;
 	uint8_t operation;
-	bool released;		/* pressed when the pin falls: it ends what the other began */
+	bool released; /* pressed when the pin falls: it ends what the other began */
 } plain[PLAIN] = {
 	{ offsetof(struct values, counter.reset), offsetof(struct buttons, counters),
 	  POKEYS_ONE_SHOT_RESET_COUNTERS, false },
@@ -51,8 +51,8 @@ void buttons_read(struct buttons *buttons, struct values *values,
 }
 
 static bool look_at_clock(struct buttons *buttons, struct values *values,
-			  struct one_shot_queue *queue, struct pokeys_command *command,
-			  bool fresh, struct refusals *refusals)
+			  struct one_shot_queue *queue, struct pokeys_command *command, bool fresh,
+			  struct refusals *refusals)
 {
 	const struct pokeys_one_shot *wanted = NULL;
 	struct pokeys_one_shot shot;

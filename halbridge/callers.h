@@ -8,8 +8,8 @@
 
 /* As somebody finds it who looks now and then. */
 struct callers_seen {
-	uintptr_t reader, writer;	/* who ran each last; 0 = nobody yet */
-	uint32_t reads, writes;		/* change whenever it runs */
+	uintptr_t reader, writer; /* who ran each last; 0 = nobody yet */
+	uint32_t reads, writes;   /* change whenever it runs */
 };
 
 enum callers_news {
@@ -19,9 +19,9 @@ enum callers_news {
 };
 
 struct callers {
-	uint32_t reads, writes;		/* at the last look at which both had run */
-	uint32_t last_writes;		/* at the last look */
-	uint32_t different, unread;	/* looks running */
+	uint32_t reads, writes;     /* at the last look at which both had run */
+	uint32_t last_writes;       /* at the last look */
+	uint32_t different, unread; /* looks running */
 	bool told, told_unread;
 };
 

@@ -95,8 +95,9 @@ static void mark_idle(struct digital *digital, uint64_t idle, struct refusals *r
 		const unsigned int pin = (unsigned int)__builtin_ctzll(left);
 		bool was;
 
-		refusal_changed(refusals, &was, idle >> pin & 1, offsetof(struct values, pin.out) +
-				pin * sizeof(bool), REFUSAL_NO_OUTPUT, 1);
+		refusal_changed(refusals, &was, idle >> pin & 1,
+				offsetof(struct values, pin.out) + pin * sizeof(bool),
+				REFUSAL_NO_OUTPUT, 1);
 	}
 	digital->idle = idle;
 }
@@ -115,8 +116,8 @@ static void judge_idle(struct digital *digital, const uint8_t set[POKEYS_PIN_BYT
 }
 
 static void write_pins(struct digital *digital, const struct values *values,
-		       const struct pokeys_state *state, bool fresh,
-		       struct pokeys_command *command, struct refusals *refusals)
+		       const struct pokeys_state *state, bool fresh, struct pokeys_command *command,
+		       struct refusals *refusals)
 {
 	uint8_t out[POKEYS_PIN_BYTES] = { 0 };
 

@@ -21,12 +21,11 @@ struct digital {
 	uint8_t bus[POKEYS_POEXTBUS], external, relays;
 	bool external_wanted, relays_wanted, bus_wanted[POKEYS_POEXTBUS];
 	uint32_t counter[POKEYS_PINS];
-	uint64_t idle;			/* pins that are set and drive nothing, as told */
+	uint64_t idle; /* pins that are set and drive nothing, as told */
 };
 
 /* From a fresh state image to the pins. Realtime. */
-void digital_read(struct digital *digital, struct values *values,
-		  const struct pokeys_state *state);
+void digital_read(struct digital *digital, struct values *values, const struct pokeys_state *state);
 
 /*
  * From the pins to the command. A pin that is set though the device has no output there is

@@ -221,7 +221,8 @@ bool encoder_index_write(struct encoder *encoder, const struct value_encoder *va
 			 struct pokeys_command *command, uint64_t now_ns)
 {
 	const struct pokeys_one_shot arm = {
-		.operation = POKEYS_ONE_SHOT_ARM_INDEX, .index = (uint8_t)number,
+		.operation = POKEYS_ONE_SHOT_ARM_INDEX,
+		.index = (uint8_t)number,
 	};
 	enum one_shot_push pushed;
 
@@ -253,7 +254,7 @@ bool encoder_set_read(struct encoder *encoder, unsigned int number,
 	case POKEYS_OUTCOME_UNKNOWN:
 		encoder->set = ENCODER_SET_UNKNOWN;
 		break;
-	default:	/* it still counts from where it did */
+	default: /* it still counts from where it did */
 		encoder->set = ENCODER_SET_NONE;
 		break;
 	}
@@ -265,13 +266,14 @@ struct press_news encoder_set_write(struct encoder *encoder, const struct value_
 				    struct pokeys_command *command, bool fresh)
 {
 	const struct pokeys_one_shot set = {
-		.operation = POKEYS_ONE_SHOT_SET_ENCODER, .index = (uint8_t)number,
+		.operation = POKEYS_ONE_SHOT_SET_ENCODER,
+		.index = (uint8_t)number,
 		.value = { value->set_value },
 	};
 	/* of two under way, the end of the last one would not tell which count it is */
 	const bool may = fresh && encoder->press.state != PRESS_QUEUED;
-	const struct press_news news = press_write(&encoder->press, value->set,
-						   may ? &set : NULL, queue, command);
+	const struct press_news news = press_write(&encoder->press, value->set, may ? &set : NULL,
+						   queue, command);
 
 	if (encoder->press.state == PRESS_QUEUED) {
 		encoder->set = ENCODER_SET_WAITS;
@@ -304,7 +306,7 @@ void encoder_restarted(struct encoder *encoder, bool keep)
 	encoder->stray = false;
 	encoder->rests = false;
 	if (!encoder->t_ns)
-		return;		/* there was no count that could be lost */
+		return; /* there was no count that could be lost */
 	encoder->lost = encoder->anew = true;
 	encoder->keep = keep;
 }

@@ -18,34 +18,34 @@
 /* Setting the device's counter. */
 enum encoder_set {
 	ENCODER_SET_NONE,
-	ENCODER_SET_WAITS,	/* for its outcome: samples may be of before or after it */
-	ENCODER_SET_DONE,	/* the next sample is of the new count */
-	ENCODER_SET_UNKNOWN,	/* ... or of the old one */
+	ENCODER_SET_WAITS,   /* for its outcome: samples may be of before or after it */
+	ENCODER_SET_DONE,    /* the next sample is of the new count */
+	ENCODER_SET_UNKNOWN, /* ... or of the old one */
 };
 
 enum encoder_index { ENCODER_INDEX_OFF, ENCODER_INDEX_QUEUED, ENCODER_INDEX_ARMED };
 
-struct encoder {		/* what each period needs stands first */
-	int64_t total;		/* counts since the start, does not wrap */
-	int64_t zero;		/* total where the pins read 0 */
-	uint64_t t_ns;		/* of the last sample taken over, 0 = none yet */
+struct encoder {       /* what each period needs stands first */
+	int64_t total; /* counts since the start, does not wrap */
+	int64_t zero;  /* total where the pins read 0 */
+	uint64_t t_ns; /* of the last sample taken over, 0 = none yet */
 	int32_t raw;
-	uint32_t index_id;	/* of the one-shot that arms */
-	uint64_t retry_ns;	/* not armed again before */
-	uint8_t index;		/* enum encoder_index */
-	bool index_flag;	/* of the state image, at the last look */
-	bool stray;		/* armed, but nobody wants it any more */
-	bool anew;		/* the next sample is of a counter that has begun again */
-	bool keep;		/* ... and count and position stay where they are */
-	bool lost;		/* ... since it was set, reset or zeroed by its index */
-	uint8_t set;		/* enum encoder_set */
-	uint64_t silent_ns;	/* a later sample is the first one after a silence; 0 = was none */
-	uint64_t set_t_ns;	/* of the sample that was there when its outcome came */
+	uint32_t index_id;  /* of the one-shot that arms */
+	uint64_t retry_ns;  /* not armed again before */
+	uint8_t index;      /* enum encoder_index */
+	bool index_flag;    /* of the state image, at the last look */
+	bool stray;         /* armed, but nobody wants it any more */
+	bool anew;          /* the next sample is of a counter that has begun again */
+	bool keep;          /* ... and count and position stay where they are */
+	bool lost;          /* ... since it was set, reset or zeroed by its index */
+	uint8_t set;        /* enum encoder_set */
+	uint64_t silent_ns; /* a later sample is the first one after a silence; 0 = was none */
+	uint64_t set_t_ns;  /* of the sample that was there when its outcome came */
 	struct press press;
-	bool rests;		/* it stood at the last sample, and the pins say so */
-	bool quiet;		/* no index and no setting of it is under way */
-	int64_t shown;		/* counts that position was made of */
-	double shown_scale;	/* and the scale; 0 = not yet */
+	bool rests;         /* it stood at the last sample, and the pins say so */
+	bool quiet;         /* no index and no setting of it is under way */
+	int64_t shown;      /* counts that position was made of */
+	double shown_scale; /* and the scale; 0 = not yet */
 	struct factor scale;
 	struct velocity velocity;
 };
@@ -83,7 +83,7 @@ static inline bool encoder_stands(struct encoder *encoder, const struct value_en
 /* The pins are to be filled anew at the next read, whatever they show. Realtime. */
 static inline void encoder_show_again(struct encoder *encoder)
 {
-	encoder->shown_scale = 0;	/* no scale is */
+	encoder->shown_scale = 0; /* no scale is */
 	encoder->rests = false;
 }
 

@@ -10,7 +10,7 @@
 #include "halbridge/engine.h"
 #include "halbridge/bits.h"
 
-enum { SLOT_US = 100 };		/* the unit the device reports a slot's time in */
+enum { SLOT_US = 100 }; /* the unit the device reports a slot's time in */
 
 void engine_read(struct values *values, const struct pokeys_engine *engine)
 {

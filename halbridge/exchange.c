@@ -29,7 +29,7 @@
 
 #define VOLTS_PER_COUNT	(3.3 / 4096)	/* protocol section 3.6 */
 
-enum { DIAGNOSE_EVERY = 16 };		/* periods, a power of 2 */
+enum { DIAGNOSE_EVERY = 16 }; /* periods, a power of 2 */
 
 void exchange_init(struct exchange *exchange, uint32_t session)
 {
@@ -62,8 +62,8 @@ static void read_analog(struct exchange *exchange, struct values *values, unsign
 	struct value_analog *value = &values->analog[i];
 	double scale = factor_take(&exchange->analog_scale[i], &exchange->refusals, value->scale,
 				   at + offsetof(struct value_analog, scale));
-	double offset = factor_take(&exchange->analog_offset[i], &exchange->refusals,
-				    value->offset, at + offsetof(struct value_analog, offset));
+	double offset = factor_take(&exchange->analog_offset[i], &exchange->refusals, value->offset,
+				    at + offsetof(struct value_analog, offset));
 	double shown;
 
 	if (!fresh)
@@ -118,8 +118,9 @@ static void read_encoders(struct exchange *exchange, struct values *values, bool
 
 		if (!encoder_is_quiet(encoder, value, i, state->encoder_index))
 			changed = read_orders(exchange, values, i, fresh, now_ns);
-		if (fresh && encoder_stands(encoder, value, state->encoder[i],
-					    state->encoder_t_ns[i]) && !changed)
+		if (fresh &&
+		    encoder_stands(encoder, value, state->encoder[i], state->encoder_t_ns[i]) &&
+		    !changed)
 			continue;
 		changed |= encoder_read(encoder, value, i, state, fresh, &exchange->refusals);
 		exchange->encoders_lost = (exchange->encoders_lost & ~(UINT32_C(1) << i)) |
@@ -161,8 +162,8 @@ static void read_engine(struct exchange *exchange, struct values *values, bool f
 			bool restarted, uint64_t now_ns)
 {
 	const struct pokeys_engine *engine = &exchange->state->engine;
-	bool changed = fresh && news(&exchange->engine, engine, sizeof(*engine),
-				     !exchange->engine_begun);
+	bool changed = fresh &&
+		       news(&exchange->engine, engine, sizeof(*engine), !exchange->engine_begun);
 
 	if (changed)
 		engine_read(values, engine);
@@ -211,8 +212,8 @@ static void take_news(struct exchange *exchange, struct values *values,
 		servos_forget(&exchange->servos, values);
 	}
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++) {
-		if (news->new_daemon && encoder_set_forget(&exchange->encoder[i],
-							   exchange->state->encoder_t_ns[i]))
+		if (news->new_daemon &&
+		    encoder_set_forget(&exchange->encoder[i], exchange->state->encoder_t_ns[i]))
 			values->one_shot_failed_count++;
 		if (news->counts_anew)
 			encoder_restarted(&exchange->encoder[i], values->encoder_keep_count);
@@ -298,8 +299,8 @@ static bool write_orders(struct exchange *exchange, struct values *values, unsig
 	bool full = false;
 
 	if (exchange->fresh && !encoder_index_idle(encoder, value, i, exchange->state))
-		full = !encoder_index_write(encoder, value, i, &exchange->queue,
-					    &exchange->command, now_ns);
+		full = !encoder_index_write(encoder, value, i, &exchange->queue, &exchange->command,
+					    now_ns);
 	if (!encoder_set_idle(encoder, value))
 		news = encoder_set_write(encoder, value, i, &exchange->queue, &exchange->command,
 					 exchange->fresh);
@@ -383,8 +384,8 @@ void exchange_write(struct exchange *exchange, struct values *values, uint64_t n
 				exchange->fresh, refusals);
 	full |= heaters_write(&exchange->heaters, values, &exchange->queue, command,
 			      exchange->fresh, refusals);
-	full |= servos_write(&exchange->servos, values, &exchange->queue, command,
-			     exchange->fresh, read, refusals);
+	full |= servos_write(&exchange->servos, values, &exchange->queue, command, exchange->fresh,
+			     read, refusals);
 	full |= buttons_write(&exchange->buttons, values, &exchange->queue, command,
 			      exchange->fresh, refusals);
 	legacy_write(exchange, values, now_ns);

@@ -36,16 +36,16 @@
 enum { EXCHANGE_UNREAD_MOST = 4 };
 
 struct exchange {
-	struct pokeys_state *state;	/* the newest whole image, one of these: the next one is */
-	struct pokeys_state image[2];	/* ... read into the other one (exchange_spare()) */
-	struct pokeys_command command;	/* for the shell to hand over after exchange_write */
-	bool have_state, fresh;		/* of the last exchange_read */
-	uint32_t unread_writes;		/* since then */
-	bool machine_off;		/* until machine-is-on falls */
-	bool resumed;			/* the daemon was started again meanwhile */
-	bool written;			/* the last command image was taken by shared memory */
-	uint64_t t_read_ns;		/* of the last one that found an image, 0 = none did */
-	uint32_t read_age_ns;		/* of the last read, until written; 0 = was not fresh */
+	struct pokeys_state *state;    /* the newest whole image, one of these: the next one is */
+	struct pokeys_state image[2];  /* ... read into the other one (exchange_spare()) */
+	struct pokeys_command command; /* for the shell to hand over after exchange_write */
+	bool have_state, fresh;        /* of the last exchange_read */
+	uint32_t unread_writes;        /* since then */
+	bool machine_off;              /* until machine-is-on falls */
+	bool resumed;                  /* the daemon was started again meanwhile */
+	bool written;                  /* the last command image was taken by shared memory */
+	uint64_t t_read_ns;            /* of the last one that found an image, 0 = none did */
+	uint32_t read_age_ns;          /* of the last read, until written; 0 = was not fresh */
 	struct link link;
 	struct one_shot_queue queue;
 	struct refusals refusals;
@@ -69,19 +69,19 @@ struct exchange {
 	struct pokeys_engine engine;
 	struct pokeys_rtc rtc;
 	uint32_t encoder_enabled;
-	uint32_t encoders_moved;	/* bit = encoder whose pins have changed at this read */
-	uint32_t encoders_lost;		/* bit = an encoder whose count is lost */
+	uint32_t encoders_moved; /* bit = encoder whose pins have changed at this read */
+	uint32_t encoders_lost;  /* bit = an encoder whose count is lost */
 	bool engine_begun, joints_due, rtc_begun;
-	int32_t motion_type;	/* at the last update of the joints' pins */
+	int32_t motion_type; /* at the last update of the joints' pins */
 	uint32_t reads;
 	struct legacy legacy;
 };
 
 /* What reading shared memory gave. */
 enum exchange_got {
-	EXCHANGE_NOTHING,	/* not attached */
-	EXCHANGE_STATE,		/* exchange->state is a whole image */
-	EXCHANGE_REFUSED,	/* something is there that is not one of ours */
+	EXCHANGE_NOTHING, /* not attached */
+	EXCHANGE_STATE,   /* exchange->state is a whole image */
+	EXCHANGE_REFUSED, /* something is there that is not one of ours */
 };
 
 /* Where the next image goes; if it is whole, that becomes exchange->state. Realtime. */

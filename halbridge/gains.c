@@ -26,8 +26,8 @@ static bool differs(float have, double value)
 	return memcmp(&have, &wanted, sizeof(have)) != 0;
 }
 
-void gains_init(struct gains *gains, enum pokeys_one_shot_operation operation,
-		unsigned int index, unsigned int count)
+void gains_init(struct gains *gains, enum pokeys_one_shot_operation operation, unsigned int index,
+		unsigned int count)
 {
 	memset(gains, 0, sizeof(*gains));
 	gains->operation = (uint8_t)operation;
@@ -102,7 +102,9 @@ static bool ask(struct gains *gains, unsigned int which, struct one_shot_queue *
 		struct pokeys_command *command)
 {
 	const struct pokeys_one_shot shot = {
-		.operation = gains->operation, .index = gains->index, .mask = (uint8_t)which,
+		.operation = gains->operation,
+		.index = gains->index,
+		.mask = (uint8_t)which,
 		.parameter = { (float)gains->shown[which] },
 	};
 	const enum one_shot_push pushed = one_shot_push(queue, command, &shot, &gains->id);

@@ -13,20 +13,20 @@
 
 /* Those of one loop. */
 struct gains {
-	double shown[POKEYS_GAINS];	/* each parameter as it was seen last */
-	float have[POKEYS_GAINS];	/* what the daemon uses */
-	uint32_t id;			/* of the one-shot that is under way */
+	double shown[POKEYS_GAINS]; /* each parameter as it was seen last */
+	float have[POKEYS_GAINS];   /* what the daemon uses */
+	uint32_t id;                /* of the one-shot that is under way */
 	uint8_t which, count;
-	uint8_t operation, index;	/* of its one-shots */
-	uint8_t set;			/* bit = somebody has set it */
-	uint8_t refused;		/* bit = the daemon has refused that */
-	bool asked;			/* a one-shot is under way */
-	double value;			/* ... for this value */
+	uint8_t operation, index; /* of its one-shots */
+	uint8_t set;              /* bit = somebody has set it */
+	uint8_t refused;          /* bit = the daemon has refused that */
+	bool asked;               /* a one-shot is under way */
+	double value;             /* ... for this value */
 };
 
 /* `count` gains of the loop `index`, of which nobody has set any. */
-void gains_init(struct gains *gains, enum pokeys_one_shot_operation operation,
-		unsigned int index, unsigned int count);
+void gains_init(struct gains *gains, enum pokeys_one_shot_operation operation, unsigned int index,
+		unsigned int count);
 
 /* What the daemon uses: into the parameters that nobody has set. Realtime. */
 void gains_read(struct gains *gains, double parameter[], const float have[],

@@ -22,7 +22,7 @@
 void heaters_init(struct heaters *heaters)
 {
 	memset(heaters, 0, sizeof(*heaters));
-	heaters->busy = (UINT32_C(1) << POKEYS_HEATERS) - 1;	/* their pins are looked at once */
+	heaters->busy = (UINT32_C(1) << POKEYS_HEATERS) - 1; /* their pins are looked at once */
 	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
 		gains_init(&heaters->gains[i], POKEYS_ONE_SHOT_HEATER_GAIN, i, VALUES_HEATER_GAINS);
 }
@@ -91,9 +91,8 @@ static void write_target(struct heaters *heaters, unsigned int i, double target,
 	const bool bad = !isfinite(target);
 
 	refusal_mark(refusals, &heaters->bad[i], bad, OFFSET(i, target), REFUSAL_TARGET, target);
-	refusal_mark(refusals, &heaters->absent[i],
-		     heaters->begun && !there && !bad && target != 0, OFFSET(i, target),
-		     REFUSAL_NO_HEATER, target);
+	refusal_mark(refusals, &heaters->absent[i], heaters->begun && !there && !bad && target != 0,
+		     OFFSET(i, target), REFUSAL_NO_HEATER, target);
 	command->heater_target[i] = there && !bad ? (float)target : 0;
 	/* a heater whose target is no number is off, but off was not commanded */
 	command->heater_mask |= (uint32_t)(there && !bad) << i;
@@ -105,7 +104,8 @@ static bool write_heater(struct heaters *heaters, unsigned int i, struct values 
 			 struct refusals *refusals)
 {
 	const struct pokeys_one_shot shot = {
-		.operation = POKEYS_ONE_SHOT_HEATER_RESET, .index = (uint8_t)i,
+		.operation = POKEYS_ONE_SHOT_HEATER_RESET,
+		.index = (uint8_t)i,
 	};
 	const struct press_news news = press_write(&heaters->reset[i], values->heater[i].reset,
 						   fresh ? &shot : NULL, queue, command);

@@ -14,9 +14,9 @@
 
 struct heaters {
 	bool begun;
-	uint32_t there;			/* bit = pokeysd.conf has it, as far as is known */
-	uint32_t busy;			/* bit = what was written of it has not come to rest */
-	bool bad[POKEYS_HEATERS], absent[POKEYS_HEATERS];	/* its target */
+	uint32_t there; /* bit = pokeysd.conf has it, as far as is known */
+	uint32_t busy;  /* bit = what was written of it has not come to rest */
+	bool bad[POKEYS_HEATERS], absent[POKEYS_HEATERS]; /* its target */
 	struct press reset[POKEYS_HEATERS];
 	struct gains gains[POKEYS_HEATERS];
 };

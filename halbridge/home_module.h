@@ -34,8 +34,8 @@ struct home_module {
 	emcmot_joint_t *joint;
 	double period_s;
 	struct home_plan plan;
-	uint32_t homed;			/* bit = joint */
-	uint32_t state[HOME_JOINTS];	/* AxesState */
+	uint32_t homed;              /* bit = joint */
+	uint32_t state[HOME_JOINTS]; /* AxesState */
 	bool index_enable[HOME_JOINTS];
 	struct home_settings settings[HOME_JOINTS];
 	struct home_limits limits[HOME_JOINTS];

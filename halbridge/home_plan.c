@@ -47,8 +47,8 @@ uint32_t home_plan_with(const struct home_plan *plan, unsigned int joint)
 {
 	if (joint >= plan->joints)
 		return 0;
-	return plan->sequence[joint] < 0 ?
-	       of_sequence(plan, UINT32_MAX, plan->sequence[joint]) : bit(joint);
+	return plan->sequence[joint] < 0 ? of_sequence(plan, UINT32_MAX, plan->sequence[joint]) :
+					   bit(joint);
 }
 
 void home_plan_ask(struct home_plan *plan, uint32_t joints)

@@ -10,21 +10,21 @@
 #include "halbridge/home_talk.h"
 
 enum {
-	HOME_JOINTS = 16,	/* as LinuxCNC has */
-	HOME_SEQUENCE_NONE = 999,	/* [JOINT_N] has no HOME_SEQUENCE */
+	HOME_JOINTS = 16,         /* as LinuxCNC has */
+	HOME_SEQUENCE_NONE = 999, /* [JOINT_N] has no HOME_SEQUENCE */
 };
 
 struct home_plan {
 	unsigned int joints;
-	int sequence[HOME_JOINTS];	/* HOME_SEQUENCE; below 0: never without the others of it */
-	bool stay[HOME_JOINTS];		/* no final move */
-	uint32_t wanted;		/* bit = joint that is still to be homed */
-	uint32_t group;			/* being homed now, all of one sequence */
+	int sequence[HOME_JOINTS]; /* HOME_SEQUENCE; below 0: never without the others of it */
+	bool stay[HOME_JOINTS];    /* no final move */
+	uint32_t wanted;           /* bit = joint that is still to be homed */
+	uint32_t group;            /* being homed now, all of one sequence */
 	struct home_talk talk[HOME_JOINTS];
 };
 
 struct home_result {
-	uint32_t done, failed;		/* in this period, bit = joint */
+	uint32_t done, failed; /* in this period, bit = joint */
 };
 
 void home_plan_init(struct home_plan *plan, unsigned int joints);

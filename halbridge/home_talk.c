@@ -20,10 +20,21 @@
 
 /* AxesState: the device's own, and those that stand for the conversation. */
 enum {
-	STATE_READY = 1, STATE_RUNNING = 2, STATE_FOUND = 3, STATE_FINISHED = 4,
-	STATE_RESETTING = 8, STATE_BACKING_OFF = 9, STATE_HOME = 10, STATE_START = 11,
-	STATE_SEARCH = 12, STATE_BACK = 13, STATE_ARMING = 17, STATE_ARMED = 18,
-	STATE_FINAL = 19, STATE_ERROR = 20, STATE_LIMIT = 30,
+	STATE_READY = 1,
+	STATE_RUNNING = 2,
+	STATE_FOUND = 3,
+	STATE_FINISHED = 4,
+	STATE_RESETTING = 8,
+	STATE_BACKING_OFF = 9,
+	STATE_HOME = 10,
+	STATE_START = 11,
+	STATE_SEARCH = 12,
+	STATE_BACK = 13,
+	STATE_ARMING = 17,
+	STATE_ARMED = 18,
+	STATE_FINAL = 19,
+	STATE_ERROR = 20,
+	STATE_LIMIT = 30,
 };
 
 #define AT_WORK	(IN(STATE_RESETTING) | IN(STATE_BACKING_OFF) | IN(STATE_START) |	\
@@ -35,30 +46,30 @@ enum {
 #define LONG_S 600
 
 struct stage {
-	uint32_t lasts, ends;		/* in these states */
+	uint32_t lasts, ends; /* in these states */
 	uint8_t command, next;
-	bool group;			/* ends only for all of the group together */
+	bool group; /* ends only for all of the group together */
 	double limit_s;
 };
 
 static const struct stage stages[HOME_STAGES] = {
 	[HOME_STAGE_ASKED] = { ~(AT_WORK | IN(STATE_ERROR) | IN(STATE_LIMIT)), AT_WORK,
 			       LEGACY_HOME_START, HOME_STAGE_SEARCH, false, HANDSHAKE_S },
-	[HOME_STAGE_SEARCH] = { AT_WORK | IN(STATE_HOME), IN(STATE_FOUND),
-				LEGACY_HOME_START, HOME_STAGE_FOUND, false, LONG_S },
-	[HOME_STAGE_FOUND] = { 0, IN(STATE_FOUND),
-			       LEGACY_HOME_START, HOME_STAGE_FINISH, true, LONG_S },
-	[HOME_STAGE_FINISH] = { IN(STATE_FOUND), IN(STATE_FINISHED),
-				LEGACY_HOME_FINALIZE, HOME_STAGE_ARM, false, HANDSHAKE_S },
+	[HOME_STAGE_SEARCH] = { AT_WORK | IN(STATE_HOME), IN(STATE_FOUND), LEGACY_HOME_START,
+				HOME_STAGE_FOUND, false, LONG_S },
+	[HOME_STAGE_FOUND] = { 0, IN(STATE_FOUND), LEGACY_HOME_START, HOME_STAGE_FINISH, true,
+			       LONG_S },
+	[HOME_STAGE_FINISH] = { IN(STATE_FOUND), IN(STATE_FINISHED), LEGACY_HOME_FINALIZE,
+				HOME_STAGE_ARM, false, HANDSHAKE_S },
 	[HOME_STAGE_ARM] = { IN(STATE_FINISHED) | IN(STATE_ARMING), IN(STATE_ARMED),
 			     LEGACY_HOME_ARM, HOME_STAGE_ARMED, false, HANDSHAKE_S },
-	[HOME_STAGE_ARMED] = { 0, IN(STATE_ARMED),
-			       LEGACY_HOME_WAIT, HOME_STAGE_MOVE, true, LONG_S },
+	[HOME_STAGE_ARMED] = { 0, IN(STATE_ARMED), LEGACY_HOME_WAIT, HOME_STAGE_MOVE, true,
+			       LONG_S },
 	[HOME_STAGE_MOVE] = { IN(STATE_ARMED) | IN(STATE_FINAL),
 			      IN(STATE_READY) | IN(STATE_RUNNING) | IN(STATE_HOME),
 			      LEGACY_HOME_FINAL, HOME_STAGE_IDLE, false, LONG_S },
-	[HOME_STAGE_GIVE_UP] = { OURS, ~OURS,
-				 LEGACY_HOME_CANCEL, HOME_STAGE_IDLE, false, LET_GO_S },
+	[HOME_STAGE_GIVE_UP] = { OURS, ~OURS, LEGACY_HOME_CANCEL, HOME_STAGE_IDLE, false,
+				 LET_GO_S },
 };
 
 static void enter(struct home_talk *talk, enum home_stage stage)
@@ -121,10 +132,11 @@ uint32_t home_talk_command(const struct home_talk *talk)
 int home_talk_shown(const struct home_talk *talk, uint32_t axes_state)
 {
 	static const int8_t shown[] = {
-		[STATE_START] = 1, [STATE_RESETTING] = 2, [STATE_BACKING_OFF] = 5,
-		[STATE_SEARCH] = 7, [STATE_BACK] = 9, [STATE_FOUND] = 10, [STATE_HOME] = 10,
-		[STATE_FINISHED] = 17, [STATE_ARMING] = 18, [STATE_ARMED] = 19,
-		[STATE_FINAL] = 21, [STATE_ERROR] = 25, [STATE_LIMIT] = 25,
+		[STATE_START] = 1,  [STATE_RESETTING] = 2, [STATE_BACKING_OFF] = 5,
+		[STATE_SEARCH] = 7, [STATE_BACK] = 9,      [STATE_FOUND] = 10,
+		[STATE_HOME] = 10,  [STATE_FINISHED] = 17, [STATE_ARMING] = 18,
+		[STATE_ARMED] = 19, [STATE_FINAL] = 21,    [STATE_ERROR] = 25,
+		[STATE_LIMIT] = 25,
 	};
 
 	if (talk->stage == HOME_STAGE_IDLE)

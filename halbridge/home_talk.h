@@ -10,23 +10,23 @@
 
 enum home_stage {
 	HOME_STAGE_IDLE,
-	HOME_STAGE_ASKED,	/* the device is to begin */
-	HOME_STAGE_SEARCH,	/* it searches, alone */
-	HOME_STAGE_FOUND,	/* waits for the other joints of the group */
-	HOME_STAGE_FINISH,	/* the device is told that homing is over */
-	HOME_STAGE_ARM,		/* its position is being set */
-	HOME_STAGE_ARMED,	/* it is; waits for the others */
-	HOME_STAGE_MOVE,	/* to HOME, by the device */
-	HOME_STAGE_GIVE_UP,	/* cancelled, until the device has let go */
+	HOME_STAGE_ASKED,   /* the device is to begin */
+	HOME_STAGE_SEARCH,  /* it searches, alone */
+	HOME_STAGE_FOUND,   /* waits for the other joints of the group */
+	HOME_STAGE_FINISH,  /* the device is told that homing is over */
+	HOME_STAGE_ARM,     /* its position is being set */
+	HOME_STAGE_ARMED,   /* it is; waits for the others */
+	HOME_STAGE_MOVE,    /* to HOME, by the device */
+	HOME_STAGE_GIVE_UP, /* cancelled, until the device has let go */
 	HOME_STAGES
 };
 
 enum home_news { HOME_NEWS_NONE, HOME_NEWS_DONE, HOME_NEWS_FAILED };
 
 struct home_talk {
-	uint8_t stage;		/* enum home_stage */
-	bool stay;		/* no final move */
-	double elapsed_s;	/* in this stage */
+	uint8_t stage;    /* enum home_stage */
+	bool stay;        /* no final move */
+	double elapsed_s; /* in this stage */
 };
 
 /* Begin; idle before. */

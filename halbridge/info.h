@@ -12,7 +12,7 @@
 struct info_known {
 	uint32_t serial;
 	uint32_t hardware;
-	uint8_t version[3], user_id, options;	/* may change while it runs */
+	uint8_t version[3], user_id, options; /* may change while it runs */
 	struct pokeys_capability capability;
 };
 

@@ -48,8 +48,10 @@ static void say_unknown(const struct ini_file *file, struct instance *instance)
 	unsigned int count = ini_unknown(file, instance, list, sizeof(list));
 
 	if (count)
-		fprintf(stderr, "%s: %s: keys of [POKEYS] that only a HAL file can use, or that "
-			"are misspelt (%u): %s\n", instance->prefix, file->path, count, list);
+		fprintf(stderr,
+			"%s: %s: keys of [POKEYS] that only a HAL file can use, or that "
+			"are misspelt (%u): %s\n",
+			instance->prefix, file->path, count, list);
 }
 
 void ini_adopt(const struct ini_file *file, struct instance *instance)
@@ -76,5 +78,6 @@ int ini_runtime(const struct ini_file *file, const char **folder, char *why, siz
 		return -EINVAL;
 	*folder = entry->value;
 	return runtime_check_directory(entry->value, why + length, size - (size_t)length) ?
-	       -EINVAL : 0;
+		       -EINVAL :
+		       0;
 }

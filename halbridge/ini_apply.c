@@ -33,18 +33,23 @@ static void complain(struct applying *to, const struct ini_entry *entry, const s
 {
 	char line[LINE];
 
-	snprintf(line, sizeof(line), "%s:%u: [%s]%s = %s: must be a %snumber from %.10g to %.10g; "
-		 "it is not used", to->file->path, entry->line, entry->section, entry->key,
-		 entry->value, key->form == INI_REAL ? "" : "whole ", key->low, key->high);
+	snprintf(line, sizeof(line),
+		 "%s:%u: [%s]%s = %s: must be a %snumber from %.10g to %.10g; "
+		 "it is not used",
+		 to->file->path, entry->line, entry->section, entry->key, entry->value,
+		 key->form == INI_REAL ? "" : "whole ", key->low, key->high);
 	to->complain(to->argument, line);
 	to->bad++;
 }
 
 bool ini_word(const char *text, double *value)
 {
-	static const struct { const char *word; double value; } words[] = {
-		{ "yes", 1 }, { "no", 0 }, { "true", 1 }, { "false", 0 }, { "on", 1 },
-		{ "off", 0 }, { "linear", 0 }, { "angular", 1 },
+	static const struct {
+		const char *word;
+		double value;
+	} words[] = {
+		{ "yes", 1 }, { "no", 0 },  { "true", 1 },   { "false", 0 },
+		{ "on", 1 },  { "off", 0 }, { "linear", 0 }, { "angular", 1 },
 	};
 
 	for (size_t i = 0; i < sizeof(words) / sizeof(words[0]); i++) {
@@ -158,7 +163,8 @@ static void apply_indices(struct applying *to, const struct ini_key *key)
 long ini_whole(const struct ini_file *file, const char *key, long low, long high, long otherwise,
 	       ini_complaint complaint, void *argument)
 {
-	const struct ini_key wanted = { .low = (double)low, .high = (double)high,
+	const struct ini_key wanted = { .low = (double)low,
+					.high = (double)high,
 					.form = INI_WHOLE };
 	const struct ini_entry *entry = ini_file_find(file, "POKEYS", key);
 	struct applying to = { .file = file, .complain = complaint, .argument = argument };
@@ -198,9 +204,15 @@ static bool is_key(const char *pattern, const char *key, unsigned int count)
 static bool is_known(const struct applying *to, const char *key)
 {
 	/* those that set no parameter; the last ones are of the device's key maps, which stay */
-	static const struct { const char *pattern; unsigned int count; } others[] = {
-		{ "DEVICE_ID", 1 }, { "DEVICE_ID_%u", TABLE_DEVICES }, { "COMM_TIMEOUT", 1 },
-		{ "RUNTIME_DIRECTORY", 1 }, { "PEv2_linked_joint_%u", POKEYS_AXES },
+	static const struct {
+		const char *pattern;
+		unsigned int count;
+	} others[] = {
+		{ "DEVICE_ID", 1 },
+		{ "DEVICE_ID_%u", TABLE_DEVICES },
+		{ "COMM_TIMEOUT", 1 },
+		{ "RUNTIME_DIRECTORY", 1 },
+		{ "PEv2_linked_joint_%u", POKEYS_AXES },
 		{ "encoder.%u.keymap_dirA", LEGACY_ENCODERS },
 		{ "encoder.%u.keymap_dirB", LEGACY_ENCODERS },
 		{ "encoder.%u.macro_dirA", LEGACY_ENCODERS },
@@ -254,8 +266,9 @@ unsigned int ini_unknown(const struct ini_file *file, struct instance *instance,
 unsigned int ini_apply(const struct ini_file *file, struct instance *instance,
 		       ini_complaint complaint, void *argument)
 {
-	struct applying to = { .file = file, .instance = instance, .complain = complaint,
-			       .argument = argument };
+	struct applying to = {
+		.file = file, .instance = instance, .complain = complaint, .argument = argument
+	};
 	char key[INI_FILE_KEY];
 
 	for (size_t i = 0; i < ini_pokeys_key_count; i++)

@@ -13,12 +13,12 @@
 /* A key and what it sets; "%u" in both is the index. */
 struct ini_key {
 	const char *key;
-	const char *name;		/* behind the prefix, as in the table */
+	const char *name; /* behind the prefix, as in the table */
 	double low, high;
-	uint8_t form;			/* enum ini_form */
+	uint8_t form; /* enum ini_form */
 };
 
-enum ini_form { INI_WHOLE, INI_REAL, INI_WORD };	/* INI_WORD: yes, no, LINEAR ... or whole */
+enum ini_form { INI_WHOLE, INI_REAL, INI_WORD }; /* INI_WORD: yes, no, LINEAR ... or whole */
 
 extern const struct ini_key ini_pokeys_keys[], ini_joint_keys[];
 extern const size_t ini_pokeys_key_count, ini_joint_key_count;

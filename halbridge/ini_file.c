@@ -25,7 +25,7 @@ struct reading {
 	FILE *stream;
 	char section[INI_FILE_SECTION];
 	unsigned int line;
-	bool all;			/* sections */
+	bool all; /* sections */
 };
 
 enum { LINE = 1024 };

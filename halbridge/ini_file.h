@@ -16,7 +16,7 @@ struct ini_entry {
 
 struct ini_file {
 	const char *path;
-	struct ini_entry *entry;	/* in the file's order */
+	struct ini_entry *entry; /* in the file's order */
 	size_t count, room;
 };
 

@@ -20,7 +20,8 @@
 #include "shm/read_into.h"
 
 _Static_assert(sizeof(hal_bit_t) == sizeof(bool) && sizeof(hal_float_t) == sizeof(double) &&
-	       sizeof(hal_s32_t) == 4 && sizeof(hal_u32_t) == 4, "the binding copies these types");
+		       sizeof(hal_s32_t) == 4 && sizeof(hal_u32_t) == 4,
+	       "the binding copies these types");
 
 #define NO_ROOM "HAL has no room for all names, try names=core"
 
@@ -118,8 +119,7 @@ static hal_type_t hal_type(const struct table_row *row)
 	return types[row->type];
 }
 
-static int export_pin(int component, const struct table_row *row, const char *name,
-		      void **pointer)
+static int export_pin(int component, const struct table_row *row, const char *name, void **pointer)
 {
 	static const hal_pin_dir_t directions[] = { HAL_IN, HAL_OUT, HAL_IO };
 
@@ -144,9 +144,9 @@ static int export_names(const struct instance *instance, int component)
 
 		if (r >= 0)
 			r = at.row->kind == TABLE_PIN ?
-			    export_pin(component, at.row, name, pointers++) :
-			    export_parameter(component, at.row, name,
-					     (char *)instance->values + at.offset);
+				    export_pin(component, at.row, name, pointers++) :
+				    export_parameter(component, at.row, name,
+						     (char *)instance->values + at.offset);
 		if (r < 0) {
 			rtapi_print_msg(RTAPI_MSG_ERR, "%s: cannot export %s: %s%s\n",
 					instance->prefix, name, strerror(-r),

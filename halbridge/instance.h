@@ -21,31 +21,31 @@
 enum { INSTANCE_PREFIX = 32 };
 
 struct instance {
-	unsigned int number;			/* from 0 */
-	char prefix[INSTANCE_PREFIX];		/* of its names, e.g. "pokeys.0" */
-	unsigned int schemes;			/* of names, enum table_scheme */
-	char device[POKEYS_SHM_NAME_MAX];	/* of the daemon; empty = look for it */
-	uint32_t serial;			/* of the device to look for; 0 = the only one */
-	bool no_serial;				/* what names it is no number: none is looked for */
+	unsigned int number;              /* from 0 */
+	char prefix[INSTANCE_PREFIX];     /* of its names, e.g. "pokeys.0" */
+	unsigned int schemes;             /* of names, enum table_scheme */
+	char device[POKEYS_SHM_NAME_MAX]; /* of the daemon; empty = look for it */
+	uint32_t serial;                  /* of the device to look for; 0 = the only one */
+	bool no_serial;                   /* what names it is no number: none is looked for */
 	/*
 	 * The client as the two functs see it, NULL before the device is known
 	 * and after the end. A visit covers a whole run of the funct, so that
 	 * nothing of the instance is freed under it.
 	 */
 	struct handover reader, writer;
-	_Atomic uintptr_t read_by, write_by;	/* threads; 0 = not yet */
-	_Atomic bool refused;			/* the monitor's word, when nothing can be read */
-	_Atomic bool closed;			/* no visits any more */
-	pokeys_client *client;			/* the monitor's, and of who starts and ends */
-	struct values *values;			/* in HAL's memory, as the pointers to the pins */
+	_Atomic uintptr_t read_by, write_by; /* threads; 0 = not yet */
+	_Atomic bool refused;                /* the monitor's word, when nothing can be read */
+	_Atomic bool closed;                 /* no visits any more */
+	pokeys_client *client;               /* the monitor's, and of who starts and ends */
+	struct values *values;               /* in HAL's memory, as the pointers to the pins */
 	void **pointers;
 	struct exchange exchange;
 	struct binding binding;
 	struct legacy_link link;
 	struct timing timing;
-	struct wisher wisher;			/* the monitor's */
-	struct pokeys_diag diag;		/* the monitor's */
-	struct legacy_settings settings;	/* the monitor's, as the two below */
+	struct wisher wisher;            /* the monitor's */
+	struct pokeys_diag diag;         /* the monitor's */
+	struct legacy_settings settings; /* the monitor's, as the two below */
 	struct legacy_range range;
 };
 

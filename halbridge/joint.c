@@ -145,7 +145,8 @@ static enum pokeys_axis_mode mode_of(int32_t wanted, const struct pokeys_axis *a
 	if (wanted >= POKEYS_AXIS_POSITION && wanted <= POKEYS_AXIS_BUFFERED)
 		return (enum pokeys_axis_mode)wanted;
 	return axis->mode >= POKEYS_AXIS_POSITION && axis->mode <= POKEYS_AXIS_BUFFERED ?
-	       (enum pokeys_axis_mode)axis->mode : POKEYS_AXIS_POSITION;
+		       (enum pokeys_axis_mode)axis->mode :
+		       POKEYS_AXIS_POSITION;
 }
 
 /* A place on the axis to *pulses, if it is one; *bad says whether. */
@@ -163,15 +164,17 @@ static void take_place(const struct joint *joint, double units, double most, int
 }
 
 /* In velocity mode the daemon refuses what is above the axis' highest speed; so do we, by name. */
-static float velocity(struct joint *joint, double units, unsigned int number,
-		      double most, struct refusals *refusals)
+static float velocity(struct joint *joint, double units, unsigned int number, double most,
+		      struct refusals *refusals)
 {
 	const double pulses = units * joint->scale;
 	const bool bad = !(fabs(pulses) <= most);
 
 	refusal_mark(refusals, &joint->velocity_bad, bad, OFFSET(number, vel_cmd),
-		     !isfinite(units) ? REFUSAL_NOT_FINITE :
-		     most < VELOCITY_MOST ? REFUSAL_SPEED : REFUSAL_RANGE, units);
+		     !isfinite(units)     ? REFUSAL_NOT_FINITE :
+		     most < VELOCITY_MOST ? REFUSAL_SPEED :
+					    REFUSAL_RANGE,
+		     units);
 	return bad ? 0 : (float)pulses;
 }
 
@@ -180,7 +183,8 @@ static double velocity_most(enum pokeys_axis_mode mode, const struct joint_devic
 	const double most = (double)device->axis->max_speed * SPEED_MARGIN;
 
 	return mode == POKEYS_AXIS_VELOCITY && device->known && most > 0 && most < VELOCITY_MOST ?
-	       most : VELOCITY_MOST;
+		       most :
+		       VELOCITY_MOST;
 }
 
 /* Beyond a soft limit that holds, and not on the way back. */
@@ -209,9 +213,10 @@ static void foresee(struct joint *joint, const struct value_joint *value, unsign
 
 	refusal_mark(refusals, &joint->absent, asked && device->axis->mode == POKEYS_AXIS_OFF,
 		     OFFSET(number, pos_cmd), REFUSAL_NO_AXIS, value->pos_cmd);
-	refusal_mark(refusals, &joint->beyond, asked && command->mode != POKEYS_AXIS_VELOCITY &&
-		     beyond(joint, value, set, device->axis->position), OFFSET(number, pos_cmd),
-		     REFUSAL_SOFT_LIMIT, value->pos_cmd);
+	refusal_mark(refusals, &joint->beyond,
+		     asked && command->mode != POKEYS_AXIS_VELOCITY &&
+			     beyond(joint, value, set, device->axis->position),
+		     OFFSET(number, pos_cmd), REFUSAL_SOFT_LIMIT, value->pos_cmd);
 }
 
 void joint_write(struct joint *joint, struct value_joint *value, unsigned int number,
@@ -233,6 +238,5 @@ void joint_write(struct joint *joint, struct value_joint *value, unsigned int nu
 	command->enable = value->enable || joint->enable;
 	foresee(joint, value, number, set, device, command, refusals);
 	value->refused = joint->wanted.bad || joint->scale_late || joint->position_bad ||
-			 joint->velocity_bad || joint->target_bad || joint->absent ||
-			 joint->beyond;
+			 joint->velocity_bad || joint->target_bad || joint->absent || joint->beyond;
 }

@@ -18,35 +18,35 @@
 
 /* How units lie to pulses beyond the scale; all 0: not at all. */
 struct joint_frame {
-	double offset;		/* units, added to the command */
-	bool turned;		/* pulses count down where units count up */
-	bool whole;		/* the whole part of the scale only */
+	double offset; /* units, added to the command */
+	bool turned;   /* pulses count down where units count up */
+	bool whole;    /* the whole part of the scale only */
 };
 
 struct joint {
-	struct joint_frame frame;	/* as wanted; taken over with the scale */
-	double offset;		/* in use, units */
-	bool enable;		/* somebody else than the joint's own pin enables it as well */
+	struct joint_frame frame; /* as wanted; taken over with the scale */
+	double offset;            /* in use, units */
+	bool enable;              /* somebody else than the joint's own pin enables it as well */
 
-	struct factor wanted;	/* scale as the parameter has it */
-	double scale;		/* in use, pulses per unit */
-	int64_t carry;		/* pulses that the device has lost: its count began anew */
-	bool held;		/* the axis is off: pos-fb shows held_at, not its count */
-	int32_t held_at;	/* the count that was shown last, pulses */
-	int32_t position;	/* last good command, pulses */
-	int32_t target;		/* last good one for probing, pulses */
-	bool undelayed;		/* pos-fb leaves out the buffer's delay */
-	bool arrives;		/* the path has ended, the joint has not arrived */
-	int32_t path_end;	/* command at the end of the path, pulses */
+	struct factor wanted; /* scale as the parameter has it */
+	double scale;         /* in use, pulses per unit */
+	int64_t carry;        /* pulses that the device has lost: its count began anew */
+	bool held;            /* the axis is off: pos-fb shows held_at, not its count */
+	int32_t held_at;      /* the count that was shown last, pulses */
+	int32_t position;     /* last good command, pulses */
+	int32_t target;       /* last good one for probing, pulses */
+	bool undelayed;       /* pos-fb leaves out the buffer's delay */
+	bool arrives;         /* the path has ended, the joint has not arrived */
+	int32_t path_end;     /* command at the end of the path, pulses */
 	bool scale_late, position_bad, velocity_bad, target_bad, absent, beyond;
-	double shown_scale, shown_offset;	/* the pins were filled with these */
+	double shown_scale, shown_offset; /* the pins were filled with these */
 	int32_t shown_position;
 };
 
 /* The axis as the device has it. */
 struct joint_device {
 	const struct pokeys_axis *axis;
-	bool known;		/* it is running, and that is of now */
+	bool known; /* it is running, and that is of now */
 };
 
 void joint_init(struct joint *joint);

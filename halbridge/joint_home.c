@@ -135,7 +135,8 @@ static bool ask(struct joint_home *home, struct values *values,
 {
 	const unsigned int first = (unsigned int)__builtin_ctz(home->wanted);
 	struct pokeys_one_shot shot = {
-		.operation = POKEYS_ONE_SHOT_HOME, .mask = group_of(values, first),
+		.operation = POKEYS_ONE_SHOT_HOME,
+		.mask = group_of(values, first),
 		.flags = POKEYS_HOME_FINISH_ITSELF,
 		.parameter = { (float)home->time_limit.used },
 	};

@@ -13,12 +13,12 @@
 #include "halbridge/values.h"
 
 struct joint_home {
-	uint32_t id;		/* of the one-shot under way */
-	uint32_t error;		/* outcome.h, of the last one */
-	bool open;		/* one is under way */
-	uint8_t mask;		/* its joints */
-	uint8_t wanted;		/* joints that wait for their turn */
-	uint8_t up;		/* pins that were seen false since: the next edge is a press */
+	uint32_t id;    /* of the one-shot under way */
+	uint32_t error; /* outcome.h, of the last one */
+	bool open;      /* one is under way */
+	uint8_t mask;   /* its joints */
+	uint8_t wanted; /* joints that wait for their turn */
+	uint8_t up;     /* pins that were seen false since: the next edge is a press */
 	struct press cancel;
 	struct factor offset[POKEYS_AXES], time_limit;
 	bool offset_bad[POKEYS_AXES], limit_bad;

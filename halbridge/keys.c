@@ -123,8 +123,8 @@ static void write_kbd48(struct keys *keys, struct values *values, struct pokeys_
 	values->kbd48.brightness_sent = command->kbd48_brightness;
 }
 
-static void write_module(struct keys *keys, const struct value_ponet_module *value,
-			 unsigned int i, struct pokeys_command *command, struct refusals *refusals)
+static void write_module(struct keys *keys, const struct value_ponet_module *value, unsigned int i,
+			 struct pokeys_command *command, struct refusals *refusals)
 {
 	const size_t at = offsetof(struct values, ponet.module) + i * sizeof(*value) +
 			  offsetof(struct value_ponet_module, brightness);

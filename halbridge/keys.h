@@ -17,10 +17,10 @@ struct keys {
 	bool begun;
 	uint8_t matrix[POKEYS_MATRIX_BYTES], matrix_enabled;
 	struct pokeys_ponet_module module[POKEYS_PONET];
-	uint8_t bus[3];			/* state, count, kbd48_module */
+	uint8_t bus[3]; /* state, count, kbd48_module */
 	uint64_t keys;
 	bool leds_wanted, brightness_bad, module_bad[POKEYS_PONET];
-	int32_t brightness, module_brightness[POKEYS_PONET];	/* last good ones */
+	int32_t brightness, module_brightness[POKEYS_PONET]; /* last good ones */
 };
 
 void keys_init(struct keys *keys);

@@ -13,7 +13,7 @@
 #include <string.h>
 
 struct sharing {
-	uint8_t pins[sizeof(struct values)];	/* IN pins of the member at this offset */
+	uint8_t pins[sizeof(struct values)]; /* IN pins of the member at this offset */
 };
 
 static void count_sharing(struct sharing *sharing, unsigned int schemes)
@@ -76,14 +76,15 @@ static void place_ranges(struct binding *binding)
 		 1u << BLOCK_JOINT | 1u << BLOCK_HEATER | 1u << BLOCK_SERVO | \
 		 1u << BLOCK_DIAGNOSTICS)
 
-static void place_pins(struct binding *binding, const struct sharing *sharing,
-		       unsigned int schemes)
+static void place_pins(struct binding *binding, const struct sharing *sharing, unsigned int schemes)
 {
 	for (struct table_cursor name = table_walk(schemes); table_next(&name);) {
 		const struct table_row *row = name.row;
 		struct binding_slot slot = {
-			.offset = (uint16_t)name.offset, .pointer = binding->pins,
-			.type = row->type, .block = (uint8_t)values_block_of(name.offset),
+			.offset = (uint16_t)name.offset,
+			.pointer = binding->pins,
+			.type = row->type,
+			.block = (uint8_t)values_block_of(name.offset),
 			.twin = BINDING_NO_TWIN,
 			.always = CONTROL >> values_block_of(name.offset) & 1,
 			.follows = row->direction == TABLE_IO || sharing->pins[name.offset] > 1,

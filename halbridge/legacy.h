@@ -17,31 +17,31 @@
 struct exchange;
 
 struct legacy {
-	bool on;			/* the scheme is exported */
-	bool linked[POKEYS_AXES];	/* PEv2.N.joint-pos-cmd is: it drives the axis */
+	bool on;                  /* the scheme is exported */
+	bool linked[POKEYS_AXES]; /* PEv2.N.joint-pos-cmd is: it drives the axis */
 	/* clock */
 	uint32_t reads, second, minute, waited;
 	bool clock_known, waiting;
 	uint64_t second_ns;
 	/* encoders */
 	struct factor encoder_scale[LEGACY_ENCODERS];
-	bool encoder_factor;		/* the choice, as last seen */
+	bool encoder_factor; /* the choice, as last seen */
 	/* buses */
 	uint32_t brightness;
 	bool brightness_known;
 	/* analog outputs */
 	bool value_bad[POKEYS_PWM];
-	bool external_used;		/* an external relay or output has been true */
+	bool external_used; /* an external relay or output has been true */
 	/* axes */
 	struct legacy_home home[POKEYS_AXES];
 	uint8_t mode[POKEYS_AXES];
-	int32_t preset[POKEYS_AXES];	/* PositionSetup, as last acted upon */
+	int32_t preset[POKEYS_AXES]; /* PositionSetup, as last acted upon */
 	/* one-shots whose end is not known yet, bit = place in asked_id */
 	uint64_t asked;
 	uint32_t asked_id[POKEYS_ONE_SHOTS], asked_session;
 	/* engine */
 	uint32_t power_shown;
-	uint64_t clear_ns;		/* a fault is not cleared again before */
+	uint64_t clear_ns; /* a fault is not cleared again before */
 };
 
 /* Begin; off until `on` is set. Cold. */

@@ -30,11 +30,10 @@ uint32_t legacy_failed(struct exchange *exchange)
 
 	for (uint64_t asked = own->asked; asked; asked &= asked - 1) {
 		const unsigned int place = (unsigned int)__builtin_ctzll(asked);
-		enum pokeys_outcome outcome = POKEYS_OUTCOME_UNKNOWN;	/* another daemon */
+		enum pokeys_outcome outcome = POKEYS_OUTCOME_UNKNOWN; /* another daemon */
 
 		if (own->asked_session == queue->session)
-			outcome = one_shot_outcome(queue, exchange->state,
-						   own->asked_id[place]);
+			outcome = one_shot_outcome(queue, exchange->state, own->asked_id[place]);
 		if (outcome == POKEYS_OUTCOME_NONE)
 			continue;
 		own->asked &= ~(UINT64_C(1) << place);

@@ -21,10 +21,10 @@
 #include "halbridge/exchange.h"
 
 struct switch_of {
-	bool status, dedicated;		/* the device's word, and its dedicated input */
-	uint32_t pin;			/* from 1; 0 = dedicated input */
+	bool status, dedicated; /* the device's word, and its dedicated input */
+	uint32_t pin;           /* from 1; 0 = dedicated input */
 	bool enabled, invert;
-	bool turned;			/* true while not tripped: what the old component said */
+	bool turned; /* true while not tripped: what the old component said */
 };
 
 /* Tripped or not, to *in; unchanged where there is no such switch. */
@@ -44,8 +44,7 @@ static void read_switch(const struct pokeys_state *state, const struct pokeys_ax
 	*in_not = !*in;
 }
 
-static void read_switches(const struct pokeys_state *state, unsigned int i,
-			  struct values *values)
+static void read_switches(const struct pokeys_state *state, unsigned int i, struct values *values)
 {
 	const struct legacy_axis_settings *set = &values->legacy.axis_set[i];
 	struct legacy_axis *value = &values->legacy.axis[i];
@@ -53,23 +52,30 @@ static void read_switches(const struct pokeys_state *state, unsigned int i,
 	const struct pokeys_axis *axis = &engine->axis[i];
 	const bool before = values->legacy.choice.old_switches;
 
-	read_switch(state, axis, (struct switch_of){
-		.status = engine->limit_minus >> i & 1,
-		.dedicated = engine->dedicated_limit_minus >> i & 1,
-		.pin = set->limit_minus_pin, .enabled = set->limit_minus,
-		.invert = set->limit_minus_invert, .turned = before },
+	read_switch(state, axis,
+		    (struct switch_of){ .status = engine->limit_minus >> i & 1,
+					.dedicated = engine->dedicated_limit_minus >> i & 1,
+					.pin = set->limit_minus_pin,
+					.enabled = set->limit_minus,
+					.invert = set->limit_minus_invert,
+					.turned = before },
 		    &value->limit_minus, &value->limit_minus_not);
-	read_switch(state, axis, (struct switch_of){
-		.status = engine->limit_plus >> i & 1,
-		.dedicated = engine->dedicated_limit_plus >> i & 1,
-		.pin = set->limit_plus_pin, .enabled = set->limit_plus,
-		.invert = set->limit_plus_invert,
-		.turned = before && !set->limit_plus_invert },
+	read_switch(state, axis,
+		    (struct switch_of){ .status = engine->limit_plus >> i & 1,
+					.dedicated = engine->dedicated_limit_plus >> i & 1,
+					.pin = set->limit_plus_pin,
+					.enabled = set->limit_plus,
+					.invert = set->limit_plus_invert,
+					.turned = before && !set->limit_plus_invert },
 		    &value->limit_plus, &value->limit_plus_not);
-	read_switch(state, axis, (struct switch_of){
-		.status = engine->home >> i & 1, .dedicated = engine->dedicated_home >> i & 1,
-		.pin = set->home_pin, .enabled = set->home_switch, .invert = set->home_invert,
-		.turned = before && set->home_invert }, &value->home, &value->home_not);
+	read_switch(state, axis,
+		    (struct switch_of){ .status = engine->home >> i & 1,
+					.dedicated = engine->dedicated_home >> i & 1,
+					.pin = set->home_pin,
+					.enabled = set->home_switch,
+					.invert = set->home_invert,
+					.turned = before && set->home_invert },
+		    &value->home, &value->home_not);
 }
 
 static uint32_t magnitude(double pulses)

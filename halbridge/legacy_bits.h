@@ -14,7 +14,7 @@ struct legacy_bits {
 	uint8_t count;
 	struct {
 		uint8_t bit;
-		uint16_t at;		/* in struct legacy_axis_settings */
+		uint16_t at; /* in struct legacy_axis_settings */
 		uint8_t size;
 	} of[8];
 };

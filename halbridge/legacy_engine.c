@@ -24,8 +24,13 @@
 
 enum { STOP_LIMIT = 100, STOP_EMERGENCY = 101, PROBE_COMPLETE = 30, PIN_BASE = 10 };
 
-enum emergency_step { STEP_ENGINE = 8, STEP_PIN = 9, STEP_REST = 10, STEP_LOST = 11,
-		      STEP_NONE = 12 };
+enum emergency_step {
+	STEP_ENGINE = 8,
+	STEP_PIN = 9,
+	STEP_REST = 10,
+	STEP_LOST = 11,
+	STEP_NONE = 12
+};
 
 static uint32_t emergency_pin(const struct pokeys_engine *engine, const struct values *values)
 {

@@ -19,8 +19,15 @@
 #include <math.h>
 #include "halbridge/exchange.h"
 
-enum { STATE_READY_TO_FINALIZE = 3, STATE_READY_TO_ARM = 4, STATE_DEVICE_HOME = 10,
-       STATE_ARMING = 17, STATE_WAIT = 18, STATE_FINAL = 19, STATE_ERROR = 20 };
+enum {
+	STATE_READY_TO_FINALIZE = 3,
+	STATE_READY_TO_ARM = 4,
+	STATE_DEVICE_HOME = 10,
+	STATE_ARMING = 17,
+	STATE_WAIT = 18,
+	STATE_FINAL = 19,
+	STATE_ERROR = 20
+};
 
 uint32_t legacy_home_state(const struct legacy_home *home, const struct pokeys_axis *axis)
 {
@@ -66,8 +73,7 @@ uint32_t legacy_home_status(const struct legacy_home *home)
  * is set again, because AxesCommand still stands there: a lost packet is no reason to
  * give a good homing up.
  */
-static void settle(struct legacy_home *home, struct legacy_axis *value,
-		   enum pokeys_outcome outcome)
+static void settle(struct legacy_home *home, struct legacy_axis *value, enum pokeys_outcome outcome)
 {
 	home->open = false;
 	if (outcome == POKEYS_OUTCOME_FAILED && home->phase == LEGACY_PHASE_ARMING) {
@@ -88,7 +94,7 @@ void legacy_home_read(struct exchange *exchange, struct values *values)
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		struct legacy_home *home = &exchange->legacy.home[i];
 		const struct pokeys_axis *axis = &exchange->state->engine.axis[i];
-		enum pokeys_outcome outcome = POKEYS_OUTCOME_UNKNOWN;	/* another daemon */
+		enum pokeys_outcome outcome = POKEYS_OUTCOME_UNKNOWN; /* another daemon */
 
 		if (home->open && home->session == exchange->queue.session)
 			outcome = one_shot_outcome(&exchange->queue, exchange->state, home->id);
@@ -119,7 +125,7 @@ static bool permitted(const struct legacy_home *home, uint32_t command)
 
 struct step {
 	uint8_t operation, phase;
-	bool open;		/* the phase waits for the outcome */
+	bool open; /* the phase waits for the outcome */
 };
 
 static const struct step steps[] = {
@@ -152,8 +158,10 @@ static void begin(struct exchange *exchange, const struct pokeys_one_shot *shot,
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		if (shot->mask >> i & 1)
 			exchange->legacy.home[i] = (struct legacy_home){
-				.phase = steps[command].phase, .open = steps[command].open,
-				.id = id, .session = exchange->queue.session,
+				.phase = steps[command].phase,
+				.open = steps[command].open,
+				.id = id,
+				.session = exchange->queue.session,
 				.command = command,
 			};
 	}
@@ -247,7 +255,10 @@ static bool is_idle(const struct exchange *exchange, const struct values *values
 void legacy_home_write(struct exchange *exchange, struct values *values)
 {
 	static const uint8_t commands[] = {
-		LEGACY_HOME_CANCEL, LEGACY_HOME_START, LEGACY_HOME_FINALIZE, LEGACY_HOME_ARM,
+		LEGACY_HOME_CANCEL,
+		LEGACY_HOME_START,
+		LEGACY_HOME_FINALIZE,
+		LEGACY_HOME_ARM,
 	};
 
 	if (is_idle(exchange, values))

@@ -14,26 +14,31 @@
 
 /* AxesCommand */
 enum legacy_home_command {
-	LEGACY_HOME_IDLE = 0, LEGACY_HOME_START = 1, LEGACY_HOME_ARM = 2, LEGACY_HOME_WAIT = 3,
-	LEGACY_HOME_FINAL = 4, LEGACY_HOME_CANCEL = 5, LEGACY_HOME_FINALIZE = 6,
+	LEGACY_HOME_IDLE = 0,
+	LEGACY_HOME_START = 1,
+	LEGACY_HOME_ARM = 2,
+	LEGACY_HOME_WAIT = 3,
+	LEGACY_HOME_FINAL = 4,
+	LEGACY_HOME_CANCEL = 5,
+	LEGACY_HOME_FINALIZE = 6,
 };
 
 enum legacy_home_phase {
 	LEGACY_PHASE_IDLE,
-	LEGACY_PHASE_HOMING,	/* the device homes; at its state 10 ready to finalize */
-	LEGACY_PHASE_FINISHING,	/* it was told that homing is over */
-	LEGACY_PHASE_FINISHED,	/* ready to arm */
-	LEGACY_PHASE_ARMING,	/* the position is being set */
-	LEGACY_PHASE_ARMED,	/* it is; waits for the final move */
-	LEGACY_PHASE_MOVING,	/* final move */
-	LEGACY_PHASE_FAILED,	/* the daemon or the device refused */
+	LEGACY_PHASE_HOMING,    /* the device homes; at its state 10 ready to finalize */
+	LEGACY_PHASE_FINISHING, /* it was told that homing is over */
+	LEGACY_PHASE_FINISHED,  /* ready to arm */
+	LEGACY_PHASE_ARMING,    /* the position is being set */
+	LEGACY_PHASE_ARMED,     /* it is; waits for the final move */
+	LEGACY_PHASE_MOVING,    /* final move */
+	LEGACY_PHASE_FAILED,    /* the daemon or the device refused */
 };
 
 struct legacy_home {
 	uint8_t phase;
-	bool open;		/* the one-shot below has not ended */
-	uint32_t id, session;	/* of that one-shot */
-	uint32_t command;	/* as last obeyed */
+	bool open;            /* the one-shot below has not ended */
+	uint32_t id, session; /* of that one-shot */
+	uint32_t command;     /* as last obeyed */
 };
 
 struct legacy;

@@ -9,8 +9,8 @@
 #include <pokeys/state.h>
 
 struct legacy_link {
-	void *volatile *pointer[POKEYS_AXES];	/* of PEv2.N.joint-pos-cmd; NULL = not exported */
-	void *own[POKEYS_AXES];			/* where it points while it is not linked */
+	void *volatile *pointer[POKEYS_AXES]; /* of PEv2.N.joint-pos-cmd; NULL = not exported */
+	void *own[POKEYS_AXES];               /* where it points while it is not linked */
 };
 
 /* After the export; `pointers` as for the binding, filled by HAL. Cold. */

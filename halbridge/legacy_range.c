@@ -22,8 +22,8 @@ static bool concerned(const struct table_row *row)
 
 static bool can_be(const struct table_row *row, double value)
 {
-	return isfinite(value) && (row->low == row->high ||
-				   (value >= row->low && value <= row->high));
+	return isfinite(value) &&
+	       (row->low == row->high || (value >= row->low && value <= row->high));
 }
 
 int legacy_range_init(struct legacy_range *range, const struct values *values)
@@ -36,7 +36,9 @@ int legacy_range_init(struct legacy_range *range, const struct values *values)
 			if (range->count == LEGACY_RANGES)
 				return -ENOSPC;
 			range->item[range->count++] = (struct legacy_range_item){
-				.row = at.row, .index = i, .good = table_get(at.row, value),
+				.row = at.row,
+				.index = i,
+				.good = table_get(at.row, value),
 			};
 		}
 	}

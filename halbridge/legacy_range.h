@@ -9,12 +9,12 @@
 #include "halbridge/table.h"
 #include "halbridge/values.h"
 
-enum { LEGACY_RANGES = 1280 };	/* parameters, at most */
+enum { LEGACY_RANGES = 1280 }; /* parameters, at most */
 
 struct legacy_range_item {
 	const struct table_row *row;
 	unsigned int index;
-	double good;		/* the last value that could be */
+	double good; /* the last value that could be */
 };
 
 struct legacy_range {

@@ -26,8 +26,8 @@ void legacy_init(struct legacy *legacy)
 {
 	memset(legacy, 0, sizeof(*legacy));
 	for (unsigned int i = 0; i < LEGACY_ENCODERS; i++)
-		legacy->encoder_scale[i] = (struct factor){ .used = 1, .seen = 1,
-							    .may_be_zero = true };
+		legacy->encoder_scale[i] =
+			(struct factor){ .used = 1, .seen = 1, .may_be_zero = true };
 }
 
 static int32_t age_us(uint64_t t_ns, uint64_t now_ns)
@@ -37,8 +37,7 @@ static int32_t age_us(uint64_t t_ns, uint64_t now_ns)
 	return (int32_t)(age < AGE_MOST ? age : AGE_MOST);
 }
 
-static void read_connection(const struct exchange *exchange, struct values *values,
-			    uint64_t now_ns)
+static void read_connection(const struct exchange *exchange, struct values *values, uint64_t now_ns)
 {
 	const struct pokeys_state *state = exchange->state;
 	struct value_legacy *legacy = &values->legacy;
@@ -107,9 +106,9 @@ static void read_encoder(struct exchange *exchange, struct values *values, unsig
 
 	if (!moved && value->scale == exchange->legacy.encoder_scale[i].seen)
 		return;
-	scale = factor_take(&exchange->legacy.encoder_scale[i], &exchange->refusals,
-			    value->scale, offsetof(struct values, legacy.encoder) +
-			    i * sizeof(*value) + offsetof(struct legacy_encoder, scale));
+	scale = factor_take(&exchange->legacy.encoder_scale[i], &exchange->refusals, value->scale,
+			    offsetof(struct values, legacy.encoder) + i * sizeof(*value) +
+				    offsetof(struct legacy_encoder, scale));
 
 	value->position = counts * scale;
 	value->velocity = rate * scale;

@@ -25,8 +25,15 @@
 #include <math.h>
 #include <string.h>
 
-enum { FUNCTION_INPUT = 2, FUNCTION_OUTPUT = 4, FUNCTION_INVERT = 128, UNKNOWN = -1,
-       BOARD_57CNC = 32, BOARD_57CNC_PRO = 33, PIN_BASE = 10 };
+enum {
+	FUNCTION_INPUT = 2,
+	FUNCTION_OUTPUT = 4,
+	FUNCTION_INVERT = 128,
+	UNKNOWN = -1,
+	BOARD_57CNC = 32,
+	BOARD_57CNC_PRO = 33,
+	PIN_BASE = 10
+};
 
 void legacy_group_begin(struct legacy_group *group, const volatile void *live, void *now,
 			const void *before, size_t size)
@@ -70,8 +77,8 @@ static void show_engine(const struct value_engine_settings *set, struct legacy_e
 	now->swap = set->swap_step_dir == 1;
 	now->charge_pump = (uint32_t)set->charge_pump;
 	now->emergency_invert = (uint32_t)set->emergency_invert;
-	now->emergency_pin = (uint32_t)(set->emergency_pin > PIN_BASE ?
-					set->emergency_pin - PIN_BASE : 0);
+	now->emergency_pin =
+		(uint32_t)(set->emergency_pin > PIN_BASE ? set->emergency_pin - PIN_BASE : 0);
 }
 
 static void make(struct values *values, uint32_t terminal, int32_t function)
@@ -136,8 +143,7 @@ static void look_at_engine(struct legacy_settings *own, struct values *values)
 	bool known = values->set.pin_function[0] != UNKNOWN;
 
 	legacy_group_begin(group, &values->legacy.engine_set, &now, &own->engine, sizeof(now));
-	own->pump_off = !now.charge_pump &&
-			(own->pump_off || (pump && own->apply && own->applied));
+	own->pump_off = !now.charge_pump && (own->pump_off || (pump && own->apply && own->applied));
 	if (!group->touched)
 		show_engine(&values->set.engine, &now);
 	now.extended = extended(values, now.extended);
@@ -187,8 +193,8 @@ static void look_at_backlash(struct legacy_settings *own, struct values *values)
 		if (!isfinite(scale) || scale == 0)
 			continue;
 		anew = own->backlash_scale[i] != scale;
-		put_play(axis->backlash_width, &own->backlash_width[i], anew,
-			 &set->backlash_width, 2 / scale);
+		put_play(axis->backlash_width, &own->backlash_width[i], anew, &set->backlash_width,
+			 2 / scale);
 		put_play(axis->backlash_acceleration, &own->backlash_acceleration[i], anew,
 			 &set->backlash_acceleration, 1e6 / scale);
 		own->backlash_scale[i] = scale;

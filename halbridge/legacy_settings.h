@@ -11,28 +11,28 @@
 
 /* A group of parameters as it was at the last look. */
 struct legacy_group {
-	bool touched;		/* somebody has set one of them */
-	bool put;		/* they went on to the canonical names */
+	bool touched; /* somebody has set one of them */
+	bool put;     /* they went on to the canonical names */
 };
 
 struct legacy_settings {
 	bool begun, apply;
-	bool applied;		/* apply at the look before */
-	bool pump_off;		/* the charge pump was set to 0 in place of something else */
-	uint32_t zeroed[POKEYS_AXES];		/* likewise, parameters of an axis, bits */
-	bool terminals[POKEYS_AXES];		/* have the functions that the axis needs */
-	uint8_t encoder_zeroed[LEGACY_ENCODERS];	/* of an encoder: as encoderOptions */
+	bool applied;                 /* apply at the look before */
+	bool pump_off;                /* the charge pump was set to 0 in place of something else */
+	uint32_t zeroed[POKEYS_AXES]; /* likewise, parameters of an axis, bits */
+	bool terminals[POKEYS_AXES];  /* have the functions that the axis needs */
+	uint8_t encoder_zeroed[LEGACY_ENCODERS]; /* of an encoder: as encoderOptions */
 	struct legacy_axis_settings axis[POKEYS_AXES];
 	struct legacy_encoder_settings encoder[LEGACY_ENCODERS];
 	struct legacy_fast_encoders fast;
 	struct legacy_engine_settings engine;
 	struct legacy_pin_settings pin;
 	double scale[POKEYS_AXES];
-	double fastest;		/* pulses/s of the generator at the last look, 0: not known */
+	double fastest; /* pulses/s of the generator at the last look, 0: not known */
 	uint32_t power;
 	uint32_t backlash, backlash_width[POKEYS_AXES], backlash_acceleration[POKEYS_AXES];
 	double backlash_scale[POKEYS_AXES];
-	uint32_t axes;		/* enabled, 0: not yet asked for */
+	uint32_t axes; /* enabled, 0: not yet asked for */
 	struct legacy_group axis_group[POKEYS_AXES], encoder_group[LEGACY_ENCODERS];
 	struct legacy_group fast_group, engine_group, pin_group[POKEYS_PINS];
 };

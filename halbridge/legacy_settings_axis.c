@@ -24,16 +24,22 @@
 
 #define DECELERATION	1.5	/* of the acceleration */
 
-enum { UNKNOWN = -1, HOMING_DEFAULT = 30, RETURN_DEFAULT = 50, PERCENT = 100, STOP = 8,
-       UNSAID = -1,	/* AxisEnabled, if nobody has set it */
-       USED = 1 };	/* AxisEnabled in legacy_settings.zeroed: the first pair */
+enum {
+	UNKNOWN = -1,
+	HOMING_DEFAULT = 30,
+	RETURN_DEFAULT = 50,
+	PERCENT = 100,
+	STOP = 8,
+	UNSAID = -1, /* AxisEnabled, if nobody has set it */
+	USED = 1
+}; /* AxisEnabled in legacy_settings.zeroed: the first pair */
 
 /* Settings that are the same number under both names. */
 struct pair {
-	uint16_t from;		/* in struct legacy_axis_settings */
+	uint16_t from; /* in struct legacy_axis_settings */
 	uint8_t size;
-	bool left;		/* while it is 0 the device's stays */
-	uint16_t to;		/* in struct value_axis_settings */
+	bool left;   /* while it is 0 the device's stays */
+	uint16_t to; /* in struct value_axis_settings */
 };
 
 #define PAIR_(from_, to_, left_) {							\
@@ -44,18 +50,32 @@ struct pair {
 #define LEFT(from_, to_)	PAIR_(from_, to_, true)
 
 static const struct pair pairs[] = {
-	LEFT(enabled, enable), PAIR(inverted, invert), PAIR(home_inverted, home_invert),
-	PAIR(soft_limits, soft_limits), PAIR(masked, masked),
-	PAIR(limit_minus, limit_neg), PAIR(limit_plus, limit_pos), PAIR(home_switch, home),
-	PAIR(home_on_minus, home_on_limit_neg), PAIR(home_on_plus, home_on_limit_pos),
-	PAIR(limit_minus_invert, limit_neg_invert), PAIR(limit_plus_invert, limit_pos_invert),
+	LEFT(enabled, enable),
+	PAIR(inverted, invert),
+	PAIR(home_inverted, home_invert),
+	PAIR(soft_limits, soft_limits),
+	PAIR(masked, masked),
+	PAIR(limit_minus, limit_neg),
+	PAIR(limit_plus, limit_pos),
+	PAIR(home_switch, home),
+	PAIR(home_on_minus, home_on_limit_neg),
+	PAIR(home_on_plus, home_on_limit_pos),
+	PAIR(limit_minus_invert, limit_neg_invert),
+	PAIR(limit_plus_invert, limit_pos_invert),
 	PAIR(home_invert, home_switch_invert),
-	PAIR(limit_minus_pin, limit_neg_pin), PAIR(limit_plus_pin, limit_pos_pin),
-	PAIR(home_pin, home_pin), LEFT(enable_pin, enable_pin), LEFT(enable_invert, enable_invert),
-	LEFT(limit_minus_filter, limit_neg_filter), LEFT(limit_plus_filter, limit_pos_filter),
-	LEFT(home_filter, home_filter), LEFT(probe_filter, probe_filter),
-	PAIR(homing_speed, homing_speed), PAIR(homing_return, homing_return_speed),
-	LEFT(mpg_encoder, mpg_encoder), LEFT(mpg_multiplier, mpg_multiplier),
+	PAIR(limit_minus_pin, limit_neg_pin),
+	PAIR(limit_plus_pin, limit_pos_pin),
+	PAIR(home_pin, home_pin),
+	LEFT(enable_pin, enable_pin),
+	LEFT(enable_invert, enable_invert),
+	LEFT(limit_minus_filter, limit_neg_filter),
+	LEFT(limit_plus_filter, limit_pos_filter),
+	LEFT(home_filter, home_filter),
+	LEFT(probe_filter, probe_filter),
+	PAIR(homing_speed, homing_speed),
+	PAIR(homing_return, homing_return_speed),
+	LEFT(mpg_encoder, mpg_encoder),
+	LEFT(mpg_multiplier, mpg_multiplier),
 	LEFT(mpg_divider, mpg_divider),
 };
 
@@ -144,11 +164,13 @@ static void derive(struct legacy_axis_settings *set, const struct legacy_axis_se
 	derive_speeds(set, scale);
 	derive_switches(set);
 	set->options = legacy_settle(set, &legacy_options,
-			      byte_of(before, &legacy_options, before->options, set->options));
+				     byte_of(before, &legacy_options, before->options,
+					     set->options));
 	set->switches = legacy_settle(set, &legacy_switches,
-			       byte_of(before, &legacy_switches, before->switches, set->switches));
+				      byte_of(before, &legacy_switches, before->switches,
+					      set->switches));
 	set->homing = legacy_settle(set, &legacy_homing,
-			     byte_of(before, &legacy_homing, before->homing, set->homing));
+				    byte_of(before, &legacy_homing, before->homing, set->homing));
 	derive_places(set, scale);
 }
 
@@ -180,13 +202,15 @@ static void show(struct legacy_axis_settings *set, const struct value_axis_setti
 	set->switches = legacy_settle(set, &legacy_switches, 0);
 	set->max_speed = isfinite(device->max_velocity) ? device->max_velocity * fabs(scale) : 0;
 	set->max_acceleration = isfinite(device->max_acceleration) ?
-				device->max_acceleration * fabs(scale) : 0;
+					device->max_acceleration * fabs(scale) :
+					0;
 	set->max_deceleration = isfinite(device->max_deceleration) ?
-				device->max_deceleration * fabs(scale) : 0;
-	set->soft_minimum = (uint32_t)whole(isfinite(device->soft_min) ?
-					    device->soft_min * scale : 0);
-	set->soft_maximum = (uint32_t)whole(isfinite(device->soft_max) ?
-					    device->soft_max * scale : 0);
+					device->max_deceleration * fabs(scale) :
+					0;
+	set->soft_minimum = (uint32_t)whole(isfinite(device->soft_min) ? device->soft_min * scale :
+									 0);
+	set->soft_maximum = (uint32_t)whole(isfinite(device->soft_max) ? device->soft_max * scale :
+									 0);
 	set->back_off = (uint32_t)whole(isfinite(device->back_off) ? device->back_off * scale : 0);
 }
 
@@ -217,8 +241,8 @@ static uint32_t zeroed(uint32_t before_that, const struct legacy_axis_settings *
 	for (size_t i = 0; i < sizeof(pairs) / sizeof(pairs[0]); i++) {
 		if (legacy_load(now, pairs[i].from, pairs[i].size))
 			before_that &= ~(UINT32_C(1) << i);
-		else if (counts && meant(&pairs[i], legacy_load(before, pairs[i].from,
-								pairs[i].size)))
+		else if (counts &&
+			 meant(&pairs[i], legacy_load(before, pairs[i].from, pairs[i].size)))
 			before_that |= UINT32_C(1) << i;
 	}
 	return before_that;

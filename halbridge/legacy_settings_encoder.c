@@ -8,8 +8,17 @@
  */
 #include "halbridge/legacy_settings.h"
 
-enum { UNKNOWN = -1, ENABLED = 1, TIMES_4 = 2, TIMES_2 = 4, ULTRA = 25,
-       PINS_OLD = 1, PINS_NEW = 10, NO_TIMES_4 = 16, INVERT_FIRST = 32 };
+enum {
+	UNKNOWN = -1,
+	ENABLED = 1,
+	TIMES_4 = 2,
+	TIMES_2 = 4,
+	ULTRA = 25,
+	PINS_OLD = 1,
+	PINS_NEW = 10,
+	NO_TIMES_4 = 16,
+	INVERT_FIRST = 32
+};
 
 static uint8_t bits_of(const struct legacy_encoder_settings *set)
 {

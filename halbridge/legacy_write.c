@@ -23,12 +23,12 @@
 
 #define PERIOD_DEFAULT	2500	/* ticks, what the old component used */
 
-enum { BOARD_57CNC = 32, BOARD_57CNC_PRO = 33 };	/* protocol section 2.3 */
+enum { BOARD_57CNC = 32, BOARD_57CNC_PRO = 33 }; /* protocol section 2.3 */
 
 /* Bits of the outputs' byte: relay 0..3, output 0..3. */
 struct external_map {
 	uint8_t relay[LEGACY_EXTERNAL], output[LEGACY_EXTERNAL];
-	bool relays_apart;		/* relays have a byte of their own */
+	bool relays_apart; /* relays have a byte of their own */
 };
 
 static const struct external_map *external_map(uint32_t board)
@@ -84,7 +84,8 @@ static uint32_t duty_of(struct exchange *exchange, const struct legacy_adcout *v
 	wanted = value->value * (scale == 0 ? 1 : scale) + value->offset;
 	refusal_mark(&exchange->refusals, &exchange->legacy.value_bad[i], !isfinite(wanted),
 		     offsetof(struct values, legacy.adcout) + i * sizeof(*value) +
-		     offsetof(struct legacy_adcout, value), REFUSAL_NOT_FINITE, value->value);
+			     offsetof(struct legacy_adcout, value),
+		     REFUSAL_NOT_FINITE, value->value);
 	if (!(low < high)) {
 		low = 0;
 		high = full;

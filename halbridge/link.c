@@ -51,7 +51,8 @@ static bool is_fresh(const struct pokeys_state *state, uint64_t age_ns)
 static bool is_alive(const struct pokeys_state *state, uint64_t now_ns)
 {
 	uint64_t limit = state->period_ns < STALE_MOST / ALIVE_CYCLES ?
-			 ALIVE_CYCLES * state->period_ns : STALE_MOST;
+				 ALIVE_CYCLES * state->period_ns :
+				 STALE_MOST;
 
 	if (limit < ALIVE_LEAST)
 		limit = ALIVE_LEAST;
@@ -115,7 +116,7 @@ static void count_errors(struct link *link, struct values *values, bool error,
 }
 
 static bool missed_deadlines(struct link *link, struct values *values,
-			 const struct pokeys_state *state, bool new_daemon)
+			     const struct pokeys_state *state, bool new_daemon)
 {
 	uint64_t missed = state->statistics.missed;
 	bool more = !new_daemon && missed > link->missed;
@@ -170,7 +171,8 @@ static uint64_t silent_since(struct link *link, uint64_t data_ns)
 
 	link->fresh_ns = data_ns;
 	return before_ns && data_ns > before_ns && data_ns - before_ns >= LINK_SILENCE_NS ?
-	       before_ns : 0;
+		       before_ns :
+		       0;
 }
 
 struct link_news link_read(struct link *link, struct values *values,

@@ -12,30 +12,30 @@
 #include "halbridge/values.h"
 
 struct link {
-	uint64_t epoch;			/* of the daemon last seen, 0 = none yet */
-	uint64_t missed;		/* its counter of missed deadlines at the last read */
-	uint64_t counts_of;		/* the daemon whose counts were read last, 0 = none yet */
+	uint64_t epoch;     /* of the daemon last seen, 0 = none yet */
+	uint64_t missed;    /* its counter of missed deadlines at the last read */
+	uint64_t counts_of; /* the daemon whose counts were read last, 0 = none yet */
 	/* the device's clock as last read, when that was, and its start on our clock modulo 2^32 */
 	uint64_t tick_ns;
 	uint32_t tick_ms, start_ms;
 	uint8_t encoder_epoch;
 	/* from when the newest data are; the first read before any */
 	uint64_t data_ns;
-	uint64_t fresh_ns;		/* from when the last fresh data are; 0 = none yet */
-	bool attached;			/* once */
-	int32_t limit, increment, decrement;	/* in use */
+	uint64_t fresh_ns;                   /* from when the last fresh data are; 0 = none yet */
+	bool attached;                       /* once */
+	int32_t limit, increment, decrement; /* in use */
 	bool limit_bad, increment_bad, decrement_bad;
 };
 
 /* What one read has found out. */
 struct link_news {
-	bool fresh;		/* the image's data may be used */
-	bool new_daemon;	/* another daemon than at the read before */
-	bool restarted;		/* ... and there was one */
-	bool counts_anew;	/* the device's counters may have begun again since the last one
-				 * that was fresh */
-	uint64_t silent_ns;	/* fresh again, after a silence of LINK_SILENCE_NS or more that
-				 * began then; 0 = no */
+	bool fresh;         /* the image's data may be used */
+	bool new_daemon;    /* another daemon than at the read before */
+	bool restarted;     /* ... and there was one */
+	bool counts_anew;   /* the device's counters may have begun again since the last one
+			     * that was fresh */
+	uint64_t silent_ns; /* fresh again, after a silence of LINK_SILENCE_NS or more that
+			     * began then; 0 = no */
 };
 
 /*

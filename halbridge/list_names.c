@@ -104,9 +104,15 @@ static int list_for_man(unsigned int schemes)
 static unsigned int schemes_of(const char *word)
 {
 	static const char *const words[] = {
-		[TABLE_CANONICAL] = "canonical", [TABLE_LEGACY] = "legacy", [TABLE_BOTH] = "both",
-		[TABLE_PONET] = "ponet", [TABLE_ALL] = "all", [TABLE_CORE] = "core",
-		[TABLE_FORMER] = "former", [TABLE_HEATERS] = "heaters", [TABLE_SERVOS] = "servos",
+		[TABLE_CANONICAL] = "canonical",
+		[TABLE_LEGACY] = "legacy",
+		[TABLE_BOTH] = "both",
+		[TABLE_PONET] = "ponet",
+		[TABLE_ALL] = "all",
+		[TABLE_CORE] = "core",
+		[TABLE_FORMER] = "former",
+		[TABLE_HEATERS] = "heaters",
+		[TABLE_SERVOS] = "servos",
 		[TABLE_LOOPS] = "loops",
 	};
 
@@ -125,8 +131,7 @@ int main(int argc, char **argv)
 		return list_names(schemes);
 	if (schemes && !strcmp(argv[1], "man"))
 		return list_for_man(schemes);
-	fprintf(stderr,
-		"usage: list-names names|man "
-		"canonical|core|legacy|both|heaters|servos|loops|ponet|former|all\n");
+	fprintf(stderr, "usage: list-names names|man "
+			"canonical|core|legacy|both|heaters|servos|loops|ponet|former|all\n");
 	return 2;
 }

@@ -17,14 +17,14 @@
 #include <string.h>
 #include <hal.h>
 
-extern char *hal_shmem_base;	/* hal_priv.h, which is not installed */
+extern char *hal_shmem_base; /* hal_priv.h, which is not installed */
 
 #define MARK_FIRST	UINT64_C(0x706f6b6579732d68)	/* "pokeys-h" */
 #define MARK_SECOND	UINT64_C(0xa1c6b3e95d024f77)
 
 struct block {
-	uint64_t first, second;		/* the marks */
-	uint64_t size;			/* of what follows */
+	uint64_t first, second; /* the marks */
+	uint64_t size;          /* of what follows */
 	uint64_t taken;
 };
 

@@ -27,12 +27,12 @@
 
 enum {
 	ROUND_MS = 100,
-	FOLLOW_MS = 50,		/* how often the library looks for another daemon */
+	FOLLOW_MS = 50, /* how often the library looks for another daemon */
 	QUIET_ROUNDS = 100,
-	REFUSED_ROUNDS = 5,	/* the place of a commander that died is free in less */
-	CREDIT_MOST = 5,	/* refusals at once; one more each second */
-	SEARCH_ROUNDS = 10,	/* for a serial number: that attaches to every device */
-	STACK_BYTES = 1024 * 1024,	/* it attaches in here, which wants 160 kB and more */
+	REFUSED_ROUNDS = 5,        /* the place of a commander that died is free in less */
+	CREDIT_MOST = 5,           /* refusals at once; one more each second */
+	SEARCH_ROUNDS = 10,        /* for a serial number: that attaches to every device */
+	STACK_BYTES = 1024 * 1024, /* it attaches in here, which wants 160 kB and more */
 };
 
 int monitor_open_client(struct instance *instance, const char *runtime)
@@ -78,17 +78,20 @@ static enum pokeys_client_state look_for_device(const struct monitor *monitor,
 	int count, r;
 
 	if (instance->no_serial) {
-		snprintf(why, MONITOR_LINE, "no device is driven, for its DEVICE_ID is no serial "
+		snprintf(why, MONITOR_LINE,
+			 "no device is driven, for its DEVICE_ID is no serial "
 			 "number; mend that in the INI file, or leave it out for the only one");
 		return POKEYS_CLIENT_REFUSED;
 	}
 	count = instance->serial ?
-		find_serial(monitor->runtime, instance->serial, instance->device, all,
-			    sizeof(all)) :
-		only_device(monitor->runtime, instance->device, all, sizeof(all));
+			find_serial(monitor->runtime, instance->serial, instance->device, all,
+				    sizeof(all)) :
+			only_device(monitor->runtime, instance->device, all, sizeof(all));
 	if (count == 0 && *all) {
-		snprintf(why, MONITOR_LINE, "no device of the daemon has the serial number %u yet "
-			 "(%s)", instance->serial, all);
+		snprintf(why, MONITOR_LINE,
+			 "no device of the daemon has the serial number %u yet "
+			 "(%s)",
+			 instance->serial, all);
 		return POKEYS_CLIENT_DETACHED;
 	}
 	if (count == 0) {
@@ -105,12 +108,13 @@ static enum pokeys_client_state look_for_device(const struct monitor *monitor,
 	else
 		snprintf(why, MONITOR_LINE,
 			 "the daemon has %d devices (%s): name one with devices= (or, for "
-			 "the userspace component, [POKEYS]DEVICE_ID)", count, all);
+			 "the userspace component, [POKEYS]DEVICE_ID)",
+			 count, all);
 	return POKEYS_CLIENT_REFUSED;
 }
 
-static enum pokeys_client_state attachment(const struct monitor *monitor,
-					   struct instance *instance, char why[MONITOR_LINE])
+static enum pokeys_client_state attachment(const struct monitor *monitor, struct instance *instance,
+					   char why[MONITOR_LINE])
 {
 	volatile uint32_t *attach_state = &instance->binding.values->attach_state;
 	enum pokeys_client_state state;
@@ -121,8 +125,10 @@ static enum pokeys_client_state attachment(const struct monitor *monitor,
 		state = look_for_device(monitor, instance, why);
 	if (state != POKEYS_CLIENT_ATTACHED || *attach_state != 2)
 		return state;
-	snprintf(why, MONITOR_LINE, "device '%s': what is in shared memory is not a state image "
-		 "of this version", instance->device);
+	snprintf(why, MONITOR_LINE,
+		 "device '%s': what is in shared memory is not a state image "
+		 "of this version",
+		 instance->device);
 	return POKEYS_CLIENT_REFUSED;
 }
 
@@ -140,8 +146,8 @@ static void say_attachment(struct monitor *monitor, struct instance *instance)
 	if (memory->rounds < (refused ? REFUSED_ROUNDS : 1) || !strcmp(why, memory->said))
 		return;
 	memcpy(memory->said, why, sizeof(why));
-	rtapi_print_msg(refused ? RTAPI_MSG_ERR : RTAPI_MSG_INFO, "%s: %s\n",
-			instance->prefix, why);
+	rtapi_print_msg(refused ? RTAPI_MSG_ERR : RTAPI_MSG_INFO, "%s: %s\n", instance->prefix,
+			why);
 }
 
 static void say_connection(struct monitor *monitor, struct instance *instance)
@@ -157,16 +163,18 @@ static void say_connection(struct monitor *monitor, struct instance *instance)
 		rtapi_print_msg(RTAPI_MSG_INFO, "%s: device '%s', serial %u, is connected\n",
 				instance->prefix, instance->device, values->info.serial);
 	} else if (memory->quiet) {
-		return;		/* said below, if it lasts */
+		return; /* said below, if it lasts */
 	} else if (!values->daemon_alive) {
-		rtapi_print_msg(RTAPI_MSG_ERR, "%s: connection to '%s' lost: nothing new from "
+		rtapi_print_msg(RTAPI_MSG_ERR,
+				"%s: connection to '%s' lost: nothing new from "
 				"pokeysd; it was held up, or does not run (pokeysctl status)\n",
 				instance->prefix, instance->device);
 		memory->quiet = QUIET_ROUNDS;
 	} else {
-		rtapi_print_msg(RTAPI_MSG_ERR, "%s: connection to '%s' lost: data "
-				"%.0f ms old, link %s, fault: %s\n", instance->prefix,
-				instance->device, values->age_us / 1000,
+		rtapi_print_msg(RTAPI_MSG_ERR,
+				"%s: connection to '%s' lost: data "
+				"%.0f ms old, link %s, fault: %s\n",
+				instance->prefix, instance->device, values->age_us / 1000,
 				pokeys_link_name((uint8_t)values->link_state),
 				pokeys_fault_name((uint8_t)values->fault));
 		memory->quiet = QUIET_ROUNDS;
@@ -203,13 +211,15 @@ static void say_callers(struct monitor *monitor, struct instance *instance)
 	case CALLERS_AS_BEFORE:
 		break;
 	case CALLERS_TWO_THREADS:
-		rtapi_print_msg(RTAPI_MSG_ERR, "%s (device '%s'): %s.read and %s.write are in "
+		rtapi_print_msg(RTAPI_MSG_ERR,
+				"%s (device '%s'): %s.read and %s.write are in "
 				"different threads, and one that interrupts the other makes wrong "
 				"commands; delf one of them and addf it to the other's thread\n",
 				prefix, device, prefix, prefix);
 		break;
 	case CALLERS_NO_READ:
-		rtapi_print_msg(RTAPI_MSG_ERR, "%s (device '%s'): %s.write runs without "
+		rtapi_print_msg(RTAPI_MSG_ERR,
+				"%s (device '%s'): %s.write runs without "
 				"%s.read: positions are unknown, and no axis is driven; use addf "
 				"to add %s.read to the same thread before %s.write, then switch "
 				"the machine off and on\n",
@@ -230,7 +240,8 @@ static void say_timing(struct monitor *monitor, const struct instance *instance)
 	rtapi_print_msg(memory->exceeded ? RTAPI_MSG_WARN : RTAPI_MSG_ERR,
 			"%s: read and write took %u us in one period, more than time-threshold "
 			"(%g us); %u such period%s so far; run \"pokeysctl doctor\" to find "
-			"the cause\n", instance->prefix,
+			"the cause\n",
+			instance->prefix,
 			atomic_load_explicit(&instance->timing.last_us, memory_order_relaxed),
 			values->time_threshold, count, count == 1 ? "" : "s");
 	memory->exceeded = count;
@@ -261,12 +272,13 @@ static void say_range(void *argument, const struct legacy_range_item *item, doub
 
 	table_full_name(item->row, instance->prefix, item->index, name);
 	if (item->row->low < item->row->high)
-		rtapi_print_msg(RTAPI_MSG_ERR, "%s = %.10g: must be %.10g to %.10g; it is %.10g "
-				"again\n", name, value, item->row->low, item->row->high,
-				item->good);
+		rtapi_print_msg(RTAPI_MSG_ERR,
+				"%s = %.10g: must be %.10g to %.10g; it is %.10g "
+				"again\n",
+				name, value, item->row->low, item->row->high, item->good);
 	else
-		rtapi_print_msg(RTAPI_MSG_ERR, "%s = %g: must be a number; it is %g again\n",
-				name, value, item->good);
+		rtapi_print_msg(RTAPI_MSG_ERR, "%s = %g: must be a number; it is %g again\n", name,
+				value, item->good);
 }
 
 /* What the older names say of the device's settings. */

@@ -16,19 +16,19 @@
 enum { MONITOR_LINE = 512 };
 
 struct monitor_memory {
-	char seen[MONITOR_LINE];	/* how attaching stood at the last round */
-	char said[MONITOR_LINE];	/* and what was said about it last */
-	unsigned int rounds;		/* for so many it has stood like that */
+	char seen[MONITOR_LINE]; /* how attaching stood at the last round */
+	char said[MONITOR_LINE]; /* and what was said about it last */
+	unsigned int rounds;     /* for so many it has stood like that */
 	bool was_connected;
-	unsigned int quiet;		/* rounds in which a lost connection is not said again */
-	unsigned int credit;		/* refusals that may still be printed */
+	unsigned int quiet;  /* rounds in which a lost connection is not said again */
+	unsigned int credit; /* refusals that may still be printed */
 	struct callers callers;
-	uint32_t exceeded;		/* periods that took too long, when that was said last */
-	unsigned int slow_quiet;	/* rounds in which that is not said again */
+	uint32_t exceeded;       /* periods that took too long, when that was said last */
+	unsigned int slow_quiet; /* rounds in which that is not said again */
 };
 
 struct monitor {
-	const char *runtime;		/* NULL = the default */
+	const char *runtime; /* NULL = the default */
 	struct instance *const *instances;
 	size_t count;
 	pthread_t thread;

@@ -42,8 +42,8 @@ int table_full_name(const struct table_row *row, const char *prefix, unsigned in
 	/* A row with fewer indices has fewer conversions and leaves the rest unused. */
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wformat-nonliteral"
-	rest = snprintf(name + length, size - (size_t)length, row->name,
-			index / inner + row->first, index % inner + row->inner_first);
+	rest = snprintf(name + length, size - (size_t)length, row->name, index / inner + row->first,
+			index % inner + row->inner_first);
 #pragma GCC diagnostic pop
 	return length + rest > TABLE_NAME_MAX ? -ENAMETOOLONG : length + rest;
 }
@@ -122,8 +122,9 @@ void table_set_parameters(void *values)
 	for (struct table_cursor row = table_walk(TABLE_ALL | TABLE_LOOPS); table_next_row(&row);) {
 		for (unsigned int k = 0; k < table_row_names(row.row); k++) {
 			if (row.row->kind == TABLE_PARAM)
-				table_put(row.row, (unsigned char *)values +
-					  table_offset(row.row, k), row.row->initial);
+				table_put(row.row,
+					  (unsigned char *)values + table_offset(row.row, k),
+					  row.row->initial);
 		}
 	}
 }

@@ -21,8 +21,7 @@
 #include "halbridge/one_shot.h"
 #include <string.h>
 
-void one_shot_begin(struct one_shot_queue *queue, struct pokeys_command *command,
-		    uint32_t session)
+void one_shot_begin(struct one_shot_queue *queue, struct pokeys_command *command, uint32_t session)
 {
 	*queue = (struct one_shot_queue){ .session = session ? session : 1 };
 	command->session = queue->session;
@@ -64,7 +63,7 @@ enum pokeys_outcome one_shot_outcome(const struct one_shot_queue *queue,
 
 	if (state->one_shot_session != queue->session || (int32_t)(result->id - id) < 0)
 		return POKEYS_OUTCOME_NONE;
-	if (result->id != id)	/* what goes on may be this one, and will tell */
+	if (result->id != id) /* what goes on may be this one, and will tell */
 		return state->engine.task_phase == POKEYS_TASK_IDLE ? POKEYS_OUTCOME_UNKNOWN :
 								      POKEYS_OUTCOME_NONE;
 	if (result->outcome > POKEYS_OUTCOME_REFUSED)

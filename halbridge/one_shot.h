@@ -11,21 +11,20 @@
 #include <pokeys/state.h>
 
 struct one_shot_queue {
-	uint32_t session;	/* ours, never 0 */
-	uint32_t head;		/* the next id; this many have been queued */
-	uint32_t ack;		/* the daemon has taken those below */
-	bool open;		/* the daemon knows the session */
+	uint32_t session; /* ours, never 0 */
+	uint32_t head;    /* the next id; this many have been queued */
+	uint32_t ack;     /* the daemon has taken those below */
+	bool open;        /* the daemon knows the session */
 };
 
 enum one_shot_push {
 	ONE_SHOT_QUEUED = 0,
-	ONE_SHOT_NOT_YET,	/* the daemon does not know our session yet */
-	ONE_SHOT_FULL,		/* 64 wait already */
+	ONE_SHOT_NOT_YET, /* the daemon does not know our session yet */
+	ONE_SHOT_FULL,    /* 64 wait already */
 };
 
 /* Begin a session: empty ring, ids from 0. Realtime. */
-void one_shot_begin(struct one_shot_queue *queue, struct pokeys_command *command,
-		    uint32_t session);
+void one_shot_begin(struct one_shot_queue *queue, struct pokeys_command *command, uint32_t session);
 
 /*
  * Queue a copy of `shot`; its id is filled in and stored in *id. Realtime.

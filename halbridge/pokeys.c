@@ -60,7 +60,7 @@ static struct ini_file read_ini(void)
 
 	if (!path || !*path) {
 		rtapi_print_msg(RTAPI_MSG_INFO, "pokeys: INI_FILE_NAME is not set: no [POKEYS] "
-				"settings\n");
+						"settings\n");
 		return file;
 	}
 	r = ini_file_read(&file, path);
@@ -79,7 +79,7 @@ static int make_instance(const struct pokeys_options *options, const struct ini_
 
 	if (r)
 		return r;
-	instances[number]->binding.in_turns = 1;	/* a slow loop misses no short pulse */
+	instances[number]->binding.in_turns = 1; /* a slow loop misses no short pulse */
 	ini_adopt(file, instances[number]);
 	return 0;
 }
@@ -93,7 +93,9 @@ static int start(const struct pokeys_options *options, const struct ini_file *fi
 	if (r)
 		return r;
 	monitor = (struct monitor){
-		.runtime = options->runtime, .instances = instances, .count = options->count,
+		.runtime = options->runtime,
+		.instances = instances,
+		.count = options->count,
 	};
 	r = monitor_start(&monitor);
 	return r ? r : hal_ready(component);
@@ -113,9 +115,11 @@ static uint32_t rate(void)
 	else if (wanted >= RATE_LEAST && wanted <= RATE_MOST)
 		used = wanted;
 	else
-		rtapi_print_msg(RTAPI_MSG_ERR, "%s.rtc.loop-frequ-demand = %u: must be %d to %d, "
-				"or 0 for %d; the loop keeps %u Hz\n", instances[0]->prefix, wanted,
-				RATE_LEAST, RATE_MOST, RATE_DEFAULT, used);
+		rtapi_print_msg(RTAPI_MSG_ERR,
+				"%s.rtc.loop-frequ-demand = %u: must be %d to %d, "
+				"or 0 for %d; the loop keeps %u Hz\n",
+				instances[0]->prefix, wanted, RATE_LEAST, RATE_MOST, RATE_DEFAULT,
+				used);
 	return used;
 }
 
@@ -141,7 +145,7 @@ static void loop(size_t count)
 		when = time_of(next);
 		clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &when, NULL);
 	}
-	monitor_stop(&monitor);		/* it would say that the connection is lost */
+	monitor_stop(&monitor); /* it would say that the connection is lost */
 	for (size_t i = 0; i < count; i++)
 		instance_leave(instances[i]);
 }

@@ -21,7 +21,7 @@ int rtapi_app_main(void);
 void rtapi_app_exit(void);
 
 #pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpedantic"	/* the macros end in a semicolon of their own */
+#pragma GCC diagnostic ignored "-Wpedantic" /* the macros end in a semicolon of their own */
 MODULE_AUTHOR("pokeysd");
 MODULE_DESCRIPTION("homing by the PoKeys device, for [EMCMOT]HOMEMOD");
 MODULE_LICENSE("GPL");
@@ -41,9 +41,8 @@ int rtapi_app_main(void)
 	if (home.component < 0)
 		return home.component;
 	home.is_module = hal_malloc(sizeof(*home.is_module));
-	if (!home.is_module ||
-	    hal_pin_bit_newf(HAL_OUT, home.is_module, home.component,
-			     "pokeys-homecomp.is-module")) {
+	if (!home.is_module || hal_pin_bit_newf(HAL_OUT, home.is_module, home.component,
+						"pokeys-homecomp.is-module")) {
 		hal_exit(home.component);
 		return -ENOMEM;
 	}
@@ -59,7 +58,7 @@ void rtapi_app_exit(void)
 
 void homeMotFunctions(void (*set_unlock)(int, int), int (*get_unlock)(int))
 {
-	(void)set_unlock;	/* a device cannot unlock a rotary before it homes */
+	(void)set_unlock; /* a device cannot unlock a rotary before it homes */
 	(void)get_unlock;
 }
 
@@ -78,7 +77,7 @@ static int make_pins(int id, struct home_pins *pins, int j)
 int homing_init(int id, double servo_period, int n_joints, int n_extrajoints,
 		emcmot_joint_t *pjoints)
 {
-	(void)n_extrajoints;	/* n_joints counts them as well */
+	(void)n_extrajoints; /* n_joints counts them as well */
 	if (!(servo_period > 0) || n_joints < 0 || n_joints > HOME_JOINTS) {
 		rtapi_print_msg(RTAPI_MSG_ERR, "pokeys_homecomp: period %g s, %d joints\n",
 				servo_period, n_joints);
@@ -103,13 +102,16 @@ void set_joint_homing_params(int jno, double offset, double home_position, doubl
 			     double home_search_vel, double home_latch_vel, int home_flags,
 			     int home_sequence, bool volatile_home)
 {
-	(void)offset;		/* the device has them, by pokeys_shm's parameters */
+	(void)offset; /* the device has them, by pokeys_shm's parameters */
 	(void)home_final_vel;
 	if (!home_knows(jno))
 		return;
 	home.settings[jno] = (struct home_settings){
-		.home = home_position, .search = home_search_vel, .latch = home_latch_vel,
-		.flags = home_flags, .volatile_home = volatile_home,
+		.home = home_position,
+		.search = home_search_vel,
+		.latch = home_latch_vel,
+		.flags = home_flags,
+		.volatile_home = volatile_home,
 	};
 	home.plan.sequence[jno] = home_sequence;
 	home.plan.stay[jno] = home_flags & HOME_NO_FINAL_MOVE;
@@ -198,8 +200,10 @@ static void tell_failed(uint32_t failed)
 {
 	for (int j = 0; j < (int)home.plan.joints; j++) {
 		if (failed & home_bit(j))
-			rtapi_print_msg(RTAPI_MSG_ERR, "joint %d is not homed: the axis is in "
-					"state %u\n", j, home.state[j]);
+			rtapi_print_msg(RTAPI_MSG_ERR,
+					"joint %d is not homed: the axis is in "
+					"state %u\n",
+					j, home.state[j]);
 	}
 }
 

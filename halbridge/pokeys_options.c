@@ -59,9 +59,10 @@ static int read_names(struct pokeys_options *options, const char *text, char *wh
 		size_t length = strcspn(name, ",");
 
 		if (!is_prefix(name, length) || options->count == TABLE_DEVICES) {
-			snprintf(why, size, "names=%s: at most %d names of 1 to %d characters, "
-				 "for HAL's names end at %d, without blanks", text, TABLE_DEVICES,
-				 PREFIX_MOST, TABLE_NAME_MAX);
+			snprintf(why, size,
+				 "names=%s: at most %d names of 1 to %d characters, "
+				 "for HAL's names end at %d, without blanks",
+				 text, TABLE_DEVICES, PREFIX_MOST, TABLE_NAME_MAX);
 			return -EINVAL;
 		}
 		if (is_taken(options, name, length)) {
@@ -86,7 +87,10 @@ static int read_runtime(struct pokeys_options *options, const char *text, char *
 
 static int read_loops(struct pokeys_options *options, const char *text, char *why, size_t size)
 {
-	static const struct { const char *word; unsigned int schemes; } loops[] = {
+	static const struct {
+		const char *word;
+		unsigned int schemes;
+	} loops[] = {
 		{ "heaters", TABLE_HEATER | TABLE_HEATER_GAIN },
 		{ "servos", TABLE_SERVO | TABLE_SERVO_GAIN },
 		{ "all", TABLE_HEATER | TABLE_HEATER_GAIN | TABLE_SERVO | TABLE_SERVO_GAIN },

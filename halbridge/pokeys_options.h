@@ -10,10 +10,10 @@
 #include "halbridge/table.h"
 
 struct pokeys_options {
-	size_t count;					/* of instances, at least 1 */
-	char prefix[TABLE_DEVICES][INSTANCE_PREFIX];	/* of their names */
-	const char *runtime;				/* of the daemon; NULL = default */
-	unsigned int schemes;				/* that the first one has besides */
+	size_t count;                                /* of instances, at least 1 */
+	char prefix[TABLE_DEVICES][INSTANCE_PREFIX]; /* of their names */
+	const char *runtime;                         /* of the daemon; NULL = default */
+	unsigned int schemes;                        /* that the first one has besides */
 };
 
 /* count=N or names=A,B, runtime=FOLDER, loops=WORD. 0, or -EINVAL with a line in `why`. Cold. */

@@ -34,7 +34,7 @@ int rtapi_app_main(void);
 void rtapi_app_exit(void);
 
 #pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpedantic"	/* the macros end in a semicolon of their own */
+#pragma GCC diagnostic ignored "-Wpedantic" /* the macros end in a semicolon of their own */
 MODULE_AUTHOR("pokeysd");
 MODULE_DESCRIPTION("PoKeys devices through the shared memory of pokeysd");
 MODULE_LICENSE("GPL");
@@ -42,25 +42,26 @@ MODULE_LICENSE("GPL");
 static char *devices;
 RTAPI_MP_STRING(devices, "devices of the daemon, comma separated; default: its only one");
 static char *names;
-RTAPI_MP_STRING(names, "naming schemes: both, canonical, core, legacy, heaters, servos, "
-		 "loops or all; default: both for the first device, canonical (with ini= legacy) "
-		 "for others");
+RTAPI_MP_STRING(names,
+		"naming schemes: both, canonical, core, legacy, heaters, servos, "
+		"loops or all; default: both for the first device, canonical (with ini= legacy) "
+		"for others");
 static char *runtime;
 RTAPI_MP_STRING(runtime, "runtime folder of the daemon; default " POKEYS_RUNTIME_DIRECTORY);
 static char *ini;
 RTAPI_MP_STRING(ini, "INI file whose [POKEYS] is read, as the userspace component does; "
-		"auto: the one LinuxCNC runs with; default: none");
+		     "auto: the one LinuxCNC runs with; default: none");
 #pragma GCC diagnostic pop
 
 #define QUIET_NS	UINT64_C(20000000)	/* many servo periods without a visit: none runs */
 #define QUIET_TRIES	50
 
 static int component;
-static bool loaded;			/* all instances are whole */
+static bool loaded; /* all instances are whole */
 static size_t instance_count;
 static struct instance *instances[TABLE_DEVICES];
 static struct monitor monitor;
-static struct ini_file machine;		/* path NULL: none */
+static struct ini_file machine; /* path NULL: none */
 
 /* pokeys.N.read. Realtime. */
 static void read_funct(void *argument, long period)
@@ -123,7 +124,9 @@ static int start(const struct settings *settings)
 	if (r)
 		return r;
 	monitor = (struct monitor){
-		.runtime = settings->runtime, .instances = instances, .count = instance_count,
+		.runtime = settings->runtime,
+		.instances = instances,
+		.count = instance_count,
 	};
 	r = monitor_start(&monitor);
 	if (!r)
@@ -192,7 +195,7 @@ static void end(void)
 	monitor_stop(&monitor);
 	if (component > 0)
 		leave_hal();
-	nanosleep(&settle, NULL);	/* a thread may be on its way into a funct */
+	nanosleep(&settle, NULL); /* a thread may be on its way into a funct */
 	for (size_t i = 0; i < TABLE_DEVICES; i++) {
 		instance_end(instances[i]);
 		instances[i] = NULL;
@@ -221,8 +224,10 @@ static int read_machine(char *why, size_t size)
 		path = getenv("INI_FILE_NAME");
 	r = path ? ini_file_read(&machine, path) : -ENOENT;
 	if (r)
-		snprintf(why, size, "ini=%s: %s; give the path of the machine's INI file, or "
-			 "auto where LinuxCNC has set INI_FILE_NAME", ini, strerror(-r));
+		snprintf(why, size,
+			 "ini=%s: %s; give the path of the machine's INI file, or "
+			 "auto where LinuxCNC has set INI_FILE_NAME",
+			 ini, strerror(-r));
 	return r;
 }
 

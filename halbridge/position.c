@@ -25,7 +25,7 @@
 #define ALARM_NS	UINT64_C(1000000000)
 #define MOVED_NS	UINT64_C(100000000)	/* a stop so long afterwards is one with a ramp */
 
-enum { STOP_LIMIT = 100, STOP_EMERGENCY = 101 };	/* protocol section 3.24.1 */
+enum { STOP_LIMIT = 100, STOP_EMERGENCY = 101 }; /* protocol section 3.24.1 */
 
 /* Homed in LinuxCNC's own way. */
 static void acknowledge(struct position *position, bool homed)
@@ -95,8 +95,7 @@ static bool judge_motor(struct position *position, const struct pokeys_axis *axi
 		position->moved_ns = now_ns;
 	if (axis->mode == POKEYS_AXIS_VELOCITY)
 		return false;
-	return error || (stopped && position->moved_ns &&
-			 now_ns - position->moved_ns < MOVED_NS);
+	return error || (stopped && position->moved_ns && now_ns - position->moved_ns < MOVED_NS);
 }
 
 static bool is_tripped(const struct pokeys_engine *engine)

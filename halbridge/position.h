@@ -15,23 +15,23 @@ enum { POSITION_ERRORS = 3 };
 
 /* Of one joint. */
 struct position {
-	bool known;		/* it was shown; the two below say how */
+	bool known; /* it was shown; the two below say how */
 	uint8_t epoch;
-	int32_t shown;		/* pulses, as the device counts */
+	int32_t shown; /* pulses, as the device counts */
 	bool lost;
-	bool homed;		/* motion-homed, at the last read */
-	bool restarted;		/* the daemon was, since the joint was judged last */
-	uint8_t errors;		/* its driver's, reads in a row up to POSITION_ERRORS */
-	uint64_t moved_ns;	/* its count has changed last; 0 = not yet */
+	bool homed;        /* motion-homed, at the last read */
+	bool restarted;    /* the daemon was, since the joint was judged last */
+	uint8_t errors;    /* its driver's, reads in a row up to POSITION_ERRORS */
+	uint64_t moved_ns; /* its count has changed last; 0 = not yet */
 };
 
 struct positions {
 	struct position joint[POKEYS_AXES];
 	uint32_t underruns;
-	bool tripped;		/* the engine was stopped by a switch, at the last read */
-	uint64_t unhome_ns;	/* since then joints have to be unhomed; 0 = none has to */
-	uint64_t alarm_ns;	/* one was lost then */
-	bool alarm;		/* ... and for a second, and until machine-is-on falls */
+	bool tripped;       /* the engine was stopped by a switch, at the last read */
+	uint64_t unhome_ns; /* since then joints have to be unhomed; 0 = none has to */
+	uint64_t alarm_ns;  /* one was lost then */
+	bool alarm;         /* ... and for a second, and until machine-is-on falls */
 };
 
 /*

@@ -40,7 +40,7 @@ struct press_news press_write(struct press *press, bool pin, const struct pokeys
 
 	press->up = !pin;
 	if (edge && !shot && press->state == PRESS_QUEUED) {
-		news.failed = true;	/* this one; how the one under way ends is still to come */
+		news.failed = true; /* this one; how the one under way ends is still to come */
 	} else if (edge) {
 		press->state = shot ? PRESS_WAITING : PRESS_IDLE;
 		press->outcome = shot ? POKEYS_OUTCOME_NONE : POKEYS_OUTCOME_REFUSED;

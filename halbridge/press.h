@@ -13,9 +13,9 @@ enum press_state { PRESS_IDLE, PRESS_WAITING, PRESS_QUEUED };
 
 struct press {
 	uint32_t id;
-	uint8_t state;		/* enum press_state */
-	uint8_t outcome;	/* enum pokeys_outcome, of the last one */
-	bool up;		/* the pin was seen false since: the next edge is a press */
+	uint8_t state;   /* enum press_state */
+	uint8_t outcome; /* enum pokeys_outcome, of the last one */
+	bool up;         /* the pin was seen false since: the next edge is a press */
 	struct pokeys_one_shot shot;
 };
 

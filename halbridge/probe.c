@@ -18,7 +18,7 @@
 #define LIMIT_MOST_S	3600
 #define AT(member_)	offsetof(struct values, probe.member_)
 
-enum { ENGINE_INPUTS = 8, TERMINAL_BASE = 8 };	/* protocol section 3.24.1 */
+enum { ENGINE_INPUTS = 8, TERMINAL_BASE = 8 }; /* protocol section 3.24.1 */
 enum { STATE_COMPLETE = 30, STATE_HYBRID_STOPPING = 40, STATE_HYBRID_COMPLETE = 41 };
 
 void probe_init(struct probe *probe)
@@ -54,8 +54,7 @@ static bool at_work(const struct pokeys_engine *engine)
 	       (engine->task == POKEYS_TASK_PROBING || engine->task == POKEYS_TASK_HYBRID_PROBING);
 }
 
-static void show(const struct probe *probe, struct values *values,
-		 const struct pokeys_state *state)
+static void show(const struct probe *probe, struct values *values, const struct pokeys_state *state)
 {
 	struct value_probe *value = &values->probe;
 	const struct value_probe before = *value;
@@ -125,8 +124,7 @@ static struct pokeys_one_shot shot_of(const struct probe *probe, const struct va
 	return shot;
 }
 
-static bool targets_are_good(const struct value_probe *value,
-			     const struct joint joint[POKEYS_AXES])
+static bool targets_are_good(const struct value_probe *value, const struct joint joint[POKEYS_AXES])
 {
 	bool good = value->axes <= UINT8_MAX;
 
@@ -135,9 +133,9 @@ static bool targets_are_good(const struct value_probe *value,
 	return good || value->hybrid;
 }
 
-bool probe_write(struct probe *probe, struct values *values,
-		 const struct joint joint[POKEYS_AXES], struct one_shot_queue *queue,
-		 struct pokeys_command *command, bool fresh, struct refusals *refusals)
+bool probe_write(struct probe *probe, struct values *values, const struct joint joint[POKEYS_AXES],
+		 struct one_shot_queue *queue, struct pokeys_command *command, bool fresh,
+		 struct refusals *refusals)
 {
 	static const struct pokeys_one_shot finish = { .operation = POKEYS_ONE_SHOT_PROBE_FINISH };
 	const struct value_probe *value = &values->probe;
@@ -151,8 +149,9 @@ bool probe_write(struct probe *probe, struct values *values,
 		probe->error = OUTCOME_WELL;
 	}
 	start = press_write(&probe->start, value->start,
-			    fresh && is_good(probe) && targets_are_good(value, joint) ?
-			    &shot : NULL, queue, command);
+			    fresh && is_good(probe) && targets_are_good(value, joint) ? &shot :
+											NULL,
+			    queue, command);
 	if (start.failed)
 		probe->error = OUTCOME_REFUSED;
 	cancel = press_write(&probe->cancel, value->cancel, &finish, queue, command);

@@ -14,8 +14,8 @@
 
 struct probe {
 	struct press start, cancel;
-	uint32_t error;		/* outcome.h, of the last one */
-	bool done;		/* the last one touched */
+	uint32_t error; /* outcome.h, of the last one */
+	bool done;      /* the last one touched */
 	struct factor speed, time_limit;
 	bool speed_bad, limit_bad, terminal_bad, input_bad;
 };
@@ -27,9 +27,9 @@ void probe_read(struct probe *probe, struct values *values, const struct one_sho
 		const struct pokeys_state *state, bool fresh);
 
 /* Look at the pins. Returns true if the queue was full (it is tried again). Realtime. */
-bool probe_write(struct probe *probe, struct values *values,
-		 const struct joint joint[POKEYS_AXES], struct one_shot_queue *queue,
-		 struct pokeys_command *command, bool fresh, struct refusals *refusals);
+bool probe_write(struct probe *probe, struct values *values, const struct joint joint[POKEYS_AXES],
+		 struct one_shot_queue *queue, struct pokeys_command *command, bool fresh,
+		 struct refusals *refusals);
 
 /* The daemon that was asked is gone. Realtime. */
 void probe_forget(struct probe *probe, struct values *values);

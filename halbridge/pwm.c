@@ -26,7 +26,8 @@ void pwm_init(struct pwm *pwm)
 	memset(pwm, 0, sizeof(*pwm));
 	for (unsigned int i = 0; i < POKEYS_PWM; i++)
 		pwm->channel[i] = (struct pwm_channel){
-			.scale = { .used = 1, .seen = 1 }, .offset = { .may_be_zero = true },
+			.scale = { .used = 1, .seen = 1 },
+			.offset = { .may_be_zero = true },
 			.max_dc = 1,
 		};
 }
@@ -42,7 +43,8 @@ void pwm_read(struct pwm *pwm, struct values *values, const struct pokeys_state 
 	for (unsigned int i = 0; i < POKEYS_PWM; i++) {
 		values->pwm[i].enabled = state->pwm_enabled >> i & 1;
 		values->pwm[i].duty = state->pwm_period ?
-				      (double)state->pwm_duty[i] / state->pwm_period : 0;
+					      (double)state->pwm_duty[i] / state->pwm_period :
+					      0;
 	}
 	values_changed(values, BLOCK_PWM);
 }

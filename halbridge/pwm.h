@@ -14,20 +14,20 @@
 
 struct pwm_channel {
 	struct factor scale, offset;
-	double min_dc, max_dc;		/* in use */
+	double min_dc, max_dc; /* in use */
 	bool min_bad, max_bad, value_bad, absent;
-	bool taken;			/* as it is, and nothing has changed since */
+	bool taken; /* as it is, and nothing has changed since */
 	struct value_pwm seen;
-	uint32_t ticks;			/* the duty that was made of it */
+	uint32_t ticks; /* the duty that was made of it */
 };
 
 struct pwm {
 	bool begun;
-	uint32_t shown[2 + POKEYS_PWM];	/* period, enabled, duties the pins were filled from */
+	uint32_t shown[2 + POKEYS_PWM]; /* period, enabled, duties the pins were filled from */
 	struct pwm_channel channel[POKEYS_PWM];
-	uint32_t period;		/* that the duties were made for */
-	uint64_t pins;			/* the board's terminals that `absent` is of */
-	uint32_t absent;		/* bit = a channel that this board does not bring out */
+	uint32_t period; /* that the duties were made for */
+	uint64_t pins;   /* the board's terminals that `absent` is of */
+	uint32_t absent; /* bit = a channel that this board does not bring out */
 };
 
 void pwm_init(struct pwm *pwm);

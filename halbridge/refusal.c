@@ -26,7 +26,9 @@ static void leave_note(struct refusals *refusals, size_t offset, enum refusal_re
 	if (head - tail >= REFUSAL_NOTES)
 		return;
 	refusals->note[head % REFUSAL_NOTES] = (struct refusal_note){
-		.offset = (uint16_t)offset, .reason = (uint8_t)reason, .value = value,
+		.offset = (uint16_t)offset,
+		.reason = (uint8_t)reason,
+		.value = value,
 	};
 	atomic_store_explicit(&refusals->head, head + 1, memory_order_release);
 }
@@ -116,7 +118,7 @@ static const char *refusal_text(unsigned int reason)
 	case REFUSAL_GAIN:
 		return "the daemon refuses this gain: it is too large, pid-p and pid-i would both "
 		       "be 0, or a search for gains runs; the previous one stays in use";
-	case REFUSAL_NO_OUTPUT:		/* with its terminal, refusal_line() */
+	case REFUSAL_NO_OUTPUT: /* with its terminal, refusal_line() */
 		break;
 	case REFUSAL_NO_INDEX:
 		return "the device did not arm an index for this encoder; tried again";
@@ -149,9 +151,11 @@ void refusal_line(const struct refusal_note *note, const char *prefix, unsigned 
 		snprintf(line, size, "%s = %g: must be %g to %g; the old value stays in use", name,
 			 note->value, row->low, row->high);
 	else if (note->reason == REFUSAL_NO_OUTPUT && row)
-		snprintf(line, size, "%s = 1: drives nothing: terminal %u is not a digital output "
+		snprintf(line, size,
+			 "%s = 1: drives nothing: terminal %u is not a digital output "
 			 "(add it to digital-outputs in pokeysd.conf, then pokeysctl config "
-			 "apply)", name, at.index + 1);
+			 "apply)",
+			 name, at.index + 1);
 	else
 		snprintf(line, size, "%s = %g: %s", name, note->value, refusal_text(note->reason));
 }

@@ -13,32 +13,32 @@
 enum { REFUSAL_NOTES = 16 };
 
 enum refusal_reason {
-	REFUSAL_NOT_FINITE,	/* NaN or infinite */
+	REFUSAL_NOT_FINITE, /* NaN or infinite */
 	REFUSAL_ZERO,
 	REFUSAL_RANGE,
-	REFUSAL_ENABLED,	/* may not change while the joint is enabled */
-	REFUSAL_SPEED,		/* above the axis' highest */
+	REFUSAL_ENABLED, /* may not change while the joint is enabled */
+	REFUSAL_SPEED,   /* above the axis' highest */
 	REFUSAL_SOFT_LIMIT,
-	REFUSAL_NO_AXIS,	/* the device has none of this number */
-	REFUSAL_NO_INDEX,	/* the device did not arm this encoder's index */
-	REFUSAL_NO_OUTPUT,	/* the terminal is no digital output of the device */
-	REFUSAL_NO_PWM,		/* the device has no such channel */
-	REFUSAL_NO_HEATER,	/* pokeysd.conf has none of this number */
-	REFUSAL_TARGET,		/* of a heater: NaN or infinite */
-	REFUSAL_NO_SERVO,	/* pokeysd.conf has none of this number */
-	REFUSAL_POSITION,	/* of a servo motor: NaN or infinite */
-	REFUSAL_GAIN,		/* by the daemon */
+	REFUSAL_NO_AXIS,   /* the device has none of this number */
+	REFUSAL_NO_INDEX,  /* the device did not arm this encoder's index */
+	REFUSAL_NO_OUTPUT, /* the terminal is no digital output of the device */
+	REFUSAL_NO_PWM,    /* the device has no such channel */
+	REFUSAL_NO_HEATER, /* pokeysd.conf has none of this number */
+	REFUSAL_TARGET,    /* of a heater: NaN or infinite */
+	REFUSAL_NO_SERVO,  /* pokeysd.conf has none of this number */
+	REFUSAL_POSITION,  /* of a servo motor: NaN or infinite */
+	REFUSAL_GAIN,      /* by the daemon */
 };
 
 struct refusal_note {
-	uint16_t offset;	/* of the member in struct values: names the pin, see table.h */
-	uint8_t reason;		/* enum refusal_reason */
+	uint16_t offset; /* of the member in struct values: names the pin, see table.h */
+	uint8_t reason;  /* enum refusal_reason */
 	double value;
 };
 
 /* One writer (the servo thread), one reader of the notes (the monitor thread). */
 struct refusals {
-	uint32_t now;		/* values refused at this moment */
+	uint32_t now; /* values refused at this moment */
 	uint32_t total;
 	_Atomic uint32_t head, tail;
 	struct refusal_note note[REFUSAL_NOTES];

@@ -13,7 +13,8 @@
 #include "halbridge/cell.h"
 
 _Static_assert((offsetof(struct values, changed) / BINDING_CHUNK + 1) * BINDING_CHUNK <=
-	       sizeof(struct values), "the last chunk ends in struct values");
+		       sizeof(struct values),
+	       "the last chunk ends in struct values");
 
 /* Whether it has changed or not; an I/O pin is somebody else's then. */
 static void scatter_slot(struct binding *binding, uint16_t i)
@@ -21,8 +22,7 @@ static void scatter_slot(struct binding *binding, uint16_t i)
 	const struct binding_slot *slot = &binding->slot[i];
 
 	if (slot->twin == BINDING_NO_TWIN)
-		cell_copy(binding->pointers[slot->pointer], cell_member(binding, slot),
-			  slot->type);
+		cell_copy(binding->pointers[slot->pointer], cell_member(binding, slot), slot->type);
 }
 
 static uint64_t word(const unsigned char *at)
@@ -36,8 +36,8 @@ static uint64_t word(const unsigned char *at)
 /* Most chunks are as they were: this comparison is all that their pins cost. */
 static bool is_same(const unsigned char *a, const unsigned char *b)
 {
-	return !((word(a) ^ word(b)) | (word(a + 8) ^ word(b + 8)) |
-		 (word(a + 16) ^ word(b + 16)) | (word(a + 24) ^ word(b + 24)));
+	return !((word(a) ^ word(b)) | (word(a + 8) ^ word(b + 8)) | (word(a + 16) ^ word(b + 16)) |
+		 (word(a + 24) ^ word(b + 24)));
 }
 
 /* An I/O pin: not, if somebody set it to that himself. */
@@ -111,7 +111,7 @@ static void scatter_touched(struct binding *binding)
 
 		for (; chunks; chunks &= chunks - 1)
 			scatter_chunk(binding, (64 * k + (unsigned int)__builtin_ctzll(chunks)) *
-					       (size_t)BINDING_CHUNK);
+						       (size_t)BINDING_CHUNK);
 		binding->values->touched[k] = 0;
 	}
 }

@@ -22,14 +22,13 @@
 void servos_init(struct servos *servos)
 {
 	memset(servos, 0, sizeof(*servos));
-	servos->busy = (UINT32_C(1) << POKEYS_SERVOS) - 1;	/* their pins are looked at once */
+	servos->busy = (UINT32_C(1) << POKEYS_SERVOS) - 1; /* their pins are looked at once */
 	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
 		gains_init(&servos->gains[i], POKEYS_ONE_SHOT_SERVO_GAIN, i, POKEYS_GAINS);
 }
 
 /* True if a pin has changed. */
-static bool show(struct value_servo *value, const struct pokeys_servo *servo, bool alive,
-		 bool held)
+static bool show(struct value_servo *value, const struct pokeys_servo *servo, bool alive, bool held)
 {
 	struct value_servo now;
 
@@ -76,8 +75,8 @@ static bool show_none(struct values *values, uint32_t motors)
 	for (unsigned int i = 0; i < POKEYS_SERVOS; i++) {
 		const struct value_servo *value = &values->servo[i];
 
-		wrong |= (uint32_t)(value->enabled | value->homing |
-				    (value->fault ^ value->enable)) << i;
+		wrong |= (uint32_t)(value->enabled | value->homing | (value->fault ^ value->enable))
+			 << i;
 	}
 	wrong &= motors;
 	for (uint32_t left = wrong; left; left &= left - 1) {
@@ -131,8 +130,8 @@ static void write_motor(struct servos *servos, unsigned int i, const struct valu
 	const bool there = servos->there >> i & 1;
 	const bool bad = !isfinite(value->pos_cmd) || !isfinite(value->vel_cmd);
 
-	refusal_mark(refusals, &servos->bad[i], bad, OFFSET(i, pos_cmd),
-		     REFUSAL_POSITION, value->pos_cmd);
+	refusal_mark(refusals, &servos->bad[i], bad, OFFSET(i, pos_cmd), REFUSAL_POSITION,
+		     value->pos_cmd);
 	refusal_mark(refusals, &servos->absent[i], servos->begun && !there && value->enable,
 		     OFFSET(i, enable), REFUSAL_NO_SERVO, 1);
 	command->servo[i].position = bad ? (double)NAN : value->pos_cmd;
@@ -147,7 +146,8 @@ static bool write_press(struct press *press, bool pin, enum pokeys_one_shot_oper
 			struct pokeys_command *command, bool fresh)
 {
 	const struct pokeys_one_shot shot = {
-		.operation = (uint8_t)operation, .index = (uint8_t)i,
+		.operation = (uint8_t)operation,
+		.index = (uint8_t)i,
 	};
 	const struct press_news news = press_write(press, pin, fresh ? &shot : NULL, queue,
 						   command);
@@ -164,12 +164,12 @@ static bool write_servo(struct servos *servos, unsigned int i, struct values *va
 	bool full = write_press(&servos->reset[i], values->servo[i].reset,
 				POKEYS_ONE_SHOT_SERVO_RESET, i, values, queue, command, fresh);
 
-	full |= write_press(&servos->home[i], values->servo[i].home, POKEYS_ONE_SHOT_SERVO_HOME,
-			    i, values, queue, command, fresh);
+	full |= write_press(&servos->home[i], values->servo[i].home, POKEYS_ONE_SHOT_SERVO_HOME, i,
+			    values, queue, command, fresh);
 	write_motor(servos, i, &values->servo[i], read, command, refusals);
 	return full | (fresh && servos->there >> i & 1 &&
-			    gains_write(&servos->gains[i], values->servo[i].gain, OFFSET(i, gain),
-					queue, command, refusals));
+		       gains_write(&servos->gains[i], values->servo[i].gain, OFFSET(i, gain), queue,
+				   command, refusals));
 }
 
 static uint32_t is_busy(const struct servos *servos, unsigned int i)
@@ -185,13 +185,13 @@ static uint32_t wanted(const struct servos *servos, const struct values *values)
 
 	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
 		motors |= (uint32_t)(values->servo[i].enable | values->servo[i].reset |
-				     values->servo[i].home) << i;
+				     values->servo[i].home)
+			  << i;
 	return motors;
 }
 
 bool servos_write(struct servos *servos, struct values *values, struct one_shot_queue *queue,
-		  struct pokeys_command *command, bool fresh, bool read,
-		  struct refusals *refusals)
+		  struct pokeys_command *command, bool fresh, bool read, struct refusals *refusals)
 {
 	bool full = false;
 

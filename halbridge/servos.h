@@ -14,10 +14,10 @@
 
 struct servos {
 	bool begun;
-	uint32_t there;			/* bit = pokeysd.conf has it, as far as is known */
-	uint32_t busy;			/* bit = what was written of it has not come to rest */
-	bool bad[POKEYS_SERVOS], absent[POKEYS_SERVOS];	/* its command */
-	bool held[POKEYS_SERVOS];	/* could not be enabled: off until the pin has fallen */
+	uint32_t there; /* bit = pokeysd.conf has it, as far as is known */
+	uint32_t busy;  /* bit = what was written of it has not come to rest */
+	bool bad[POKEYS_SERVOS], absent[POKEYS_SERVOS]; /* its command */
+	bool held[POKEYS_SERVOS]; /* could not be enabled: off until the pin has fallen */
 	struct press reset[POKEYS_SERVOS], home[POKEYS_SERVOS];
 	struct gains gains[POKEYS_SERVOS];
 };
@@ -36,8 +36,7 @@ void servos_alone(struct values *values);
  * if the queue was full (it is tried again). Realtime.
  */
 bool servos_write(struct servos *servos, struct values *values, struct one_shot_queue *queue,
-		  struct pokeys_command *command, bool fresh, bool read,
-		  struct refusals *refusals);
+		  struct pokeys_command *command, bool fresh, bool read, struct refusals *refusals);
 
 /* The daemon that was asked is gone. Realtime. */
 void servos_forget(struct servos *servos, struct values *values);

@@ -26,8 +26,8 @@ static bool known(const struct settings *settings, const char *name)
 	return false;
 }
 
-static int add_device(struct settings *settings, const char *name, size_t length,
-		      char *why, size_t size)
+static int add_device(struct settings *settings, const char *name, size_t length, char *why,
+		      size_t size)
 {
 	char *to = settings->device[settings->count];
 
@@ -37,7 +37,8 @@ static int add_device(struct settings *settings, const char *name, size_t length
 	}
 	snprintf(to, POKEYS_SHM_NAME_MAX, "%.*s", (int)length, name);
 	if (length >= POKEYS_SHM_NAME_MAX || !runtime_device_name_ok(to)) {
-		snprintf(why, size, "devices=: '%.*s' is not a device name: 1 to %d of "
+		snprintf(why, size,
+			 "devices=: '%.*s' is not a device name: 1 to %d of "
 			 "A-Z a-z 0-9 _ -, as in pokeysd.conf's [device NAME]",
 			 (int)length, name, POKEYS_SHM_NAME_MAX - 1);
 		return -EINVAL;
@@ -71,9 +72,10 @@ static int read_names(struct settings *settings, const char *names, bool older, 
 		      size_t size)
 {
 	static const char *const words[] = {
-		[TABLE_CANONICAL] = "canonical", [TABLE_LEGACY] = "legacy", [TABLE_BOTH] = "both",
-		[TABLE_ALL] = "all", [TABLE_CORE] = "core", [TABLE_HEATERS] = "heaters",
-		[TABLE_SERVOS] = "servos", [TABLE_LOOPS] = "loops",
+		[TABLE_CANONICAL] = "canonical", [TABLE_LEGACY] = "legacy",
+		[TABLE_BOTH] = "both",           [TABLE_ALL] = "all",
+		[TABLE_CORE] = "core",           [TABLE_HEATERS] = "heaters",
+		[TABLE_SERVOS] = "servos",       [TABLE_LOOPS] = "loops",
 	};
 	const unsigned int further = older ? TABLE_LEGACY : TABLE_CANONICAL;
 
@@ -88,8 +90,10 @@ static int read_names(struct settings *settings, const char *names, bool older, 
 			settings->schemes[k] = i;
 		return 0;
 	}
-	snprintf(why, size, "names=%s: must be both, canonical, core, legacy, heaters, servos, "
-		 "loops or all", names);
+	snprintf(why, size,
+		 "names=%s: must be both, canonical, core, legacy, heaters, servos, "
+		 "loops or all",
+		 names);
 	return -EINVAL;
 }
 

@@ -11,10 +11,10 @@
 #include "halbridge/table.h"
 
 struct settings {
-	size_t count;					/* of devices, at least 1 */
-	char device[TABLE_DEVICES][POKEYS_SHM_NAME_MAX];/* [0] empty: the daemon's only one */
-	const char *runtime;				/* NULL = default */
-	unsigned int schemes[TABLE_DEVICES];		/* of names, enum table_scheme */
+	size_t count;                                    /* of devices, at least 1 */
+	char device[TABLE_DEVICES][POKEYS_SHM_NAME_MAX]; /* [0] empty: the daemon's only one */
+	const char *runtime;                             /* NULL = default */
+	unsigned int schemes[TABLE_DEVICES];             /* of names, enum table_scheme */
 };
 
 /*

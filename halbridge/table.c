@@ -14,11 +14,12 @@
 #include "halbridge/table_rows.h"
 
 const struct table_group *const table_groups[] = {
-	&table_link, &table_engine, &table_info, &table_io, &table_analog, &table_encoder,
-	&table_joint, &table_axis, &table_task, &table_bus, &table_keys, &table_failsafe,
-	&table_drive, &table_heater, &table_servo, &table_threading, &table_diagnostics,
-	&table_legacy_io, &table_legacy_engine, &table_legacy_axis, &table_legacy_choice,
-	&table_legacy_ponet, &table_legacy_former,
+	&table_link,          &table_engine,       &table_info,          &table_io,
+	&table_analog,        &table_encoder,      &table_joint,         &table_axis,
+	&table_task,          &table_bus,          &table_keys,          &table_failsafe,
+	&table_drive,         &table_heater,       &table_servo,         &table_threading,
+	&table_diagnostics,   &table_legacy_io,    &table_legacy_engine, &table_legacy_axis,
+	&table_legacy_choice, &table_legacy_ponet, &table_legacy_former,
 };
 
 const size_t table_group_count = sizeof(table_groups) / sizeof(table_groups[0]);
@@ -99,7 +100,8 @@ bool table_next(struct table_cursor *cursor)
 	} else if (table_next_row(cursor)) {
 		cursor->index = 0;
 		cursor->left = (has_twin(cursor) ? 10u - cursor->row->first :
-						   table_row_names(cursor->row)) - 1;
+						   table_row_names(cursor->row)) -
+			       1;
 	} else {
 		return false;
 	}

@@ -13,26 +13,27 @@
 #include <stdint.h>
 
 enum {
-	TABLE_NAME_MAX = 47,		/* HAL_NAME_LEN */
-	TABLE_DEVICES = 8,		/* pokeys.0 .. pokeys.7 */
+	TABLE_NAME_MAX = 47, /* HAL_NAME_LEN */
+	TABLE_DEVICES = 8,   /* pokeys.0 .. pokeys.7 */
 };
 
 /* Naming schemes; a set of them. A name of both is one name, not two. */
 enum table_scheme {
-	TABLE_CORE = 1,			/* the canonical ones, but for those set apart */
-	TABLE_LEGACY = 2, TABLE_BOTH = 3,
-	TABLE_PONET = 4,		/* of the legacy ones, those of each PoNET module */
-	TABLE_APART = 8,		/* canonical ones for which names=both has no room */
+	TABLE_CORE = 1, /* the canonical ones, but for those set apart */
+	TABLE_LEGACY = 2,
+	TABLE_BOTH = 3,
+	TABLE_PONET = 4, /* of the legacy ones, those of each PoNET module */
+	TABLE_APART = 8, /* canonical ones for which names=both has no room */
 	TABLE_CANONICAL = 9,
-	TABLE_FORMER = 16,		/* of earlier versions, for machines of that time alone */
-	TABLE_HEATER = 32,		/* of heaters; few machines have any */
-	TABLE_HEATER_GAIN = 64,		/* likewise, for which names=all has no room */
-	TABLE_HEATERS = 105,		/* the canonical ones and these */
-	TABLE_SERVO = 128,		/* of servo motors, likewise */
+	TABLE_FORMER = 16,      /* of earlier versions, for machines of that time alone */
+	TABLE_HEATER = 32,      /* of heaters; few machines have any */
+	TABLE_HEATER_GAIN = 64, /* likewise, for which names=all has no room */
+	TABLE_HEATERS = 105,    /* the canonical ones and these */
+	TABLE_SERVO = 128,      /* of servo motors, likewise */
 	TABLE_SERVO_GAIN = 256,
 	TABLE_SERVOS = 393,
-	TABLE_LOOPS = 489,		/* the canonical ones, those of heaters and of motors */
-	TABLE_ALL = 175,		/* all but the gains and those of earlier versions */
+	TABLE_LOOPS = 489, /* the canonical ones, those of heaters and of motors */
+	TABLE_ALL = 175,   /* all but the gains and those of earlier versions */
 };
 enum table_kind { TABLE_PIN, TABLE_PARAM };
 enum table_type { TABLE_BIT, TABLE_FLOAT, TABLE_S32, TABLE_U32, TABLE_TYPES };
@@ -49,16 +50,16 @@ enum table_when { TABLE_AT_READ, TABLE_AT_WRITE, TABLE_WHENS };
  * the one that changed last counts, parameters share the storage.
  */
 struct table_row {
-	const char *name;		/* after "pokeys.N."; "%u" where an index stands */
+	const char *name; /* after "pokeys.N."; "%u" where an index stands */
 	const char *help;
-	double initial;			/* of a parameter */
-	double low, high;		/* of a parameter, low == high: whatever its type takes */
-	uint16_t offset;		/* of the first one in struct values, bytes */
+	double initial;   /* of a parameter */
+	double low, high; /* of a parameter, low == high: whatever its type takes */
+	uint16_t offset;  /* of the first one in struct values, bytes */
 	int16_t stride, inner_stride;
-	uint16_t count;			/* of the (first) index */
-	uint8_t inner;			/* of the second index; 0 = there is none */
-	uint8_t first, inner_first;	/* where the indices in the name begin */
-	uint16_t scheme;		/* 0 = TABLE_CORE */
+	uint16_t count;             /* of the (first) index */
+	uint8_t inner;              /* of the second index; 0 = there is none */
+	uint8_t first, inner_first; /* where the indices in the name begin */
+	uint16_t scheme;            /* 0 = TABLE_CORE */
 	uint8_t kind, type, direction, when;
 };
 
@@ -72,9 +73,9 @@ extern const size_t table_group_count;
 
 /* A walk over the exported names, in the order in which all of us count them. */
 struct table_cursor {
-	const struct table_row *row;	/* of the name it stands at */
-	unsigned int index;		/* which of the row's names */
-	size_t offset;			/* its member in struct values */
+	const struct table_row *row; /* of the name it stands at */
+	unsigned int index;          /* which of the row's names */
+	size_t offset;               /* its member in struct values */
 	unsigned int schemes;
 	size_t group, next_row, left;
 };

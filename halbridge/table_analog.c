@@ -17,7 +17,8 @@ static const struct table_row rows[] = {
 	ROWS("adc.%02u.offset", PARAM, RW, READ, analog, offset, "units, subtracted"),
 	ROW("adc.filter", PARAM, RW, READ, set.analog_filter,
 	    "device setting: constant RC of the low-pass of all analog inputs "
-	    "(y = y * RC / (RC + 1) + u / (RC + 1)), 0 none", SETTING(0, INT32_MAX)),
+	    "(y = y * RC / (RC + 1) + u / (RC + 1)), 0 none",
+	    SETTING(0, INT32_MAX)),
 
 	ROWS("pwm.%02u.value", PIN, IN, WRITE, pwm, value,
 	     "duty = value / scale + offset; pwm.00 is pin 22, pwm.05 is pin 17"),
@@ -27,10 +28,8 @@ static const struct table_row rows[] = {
 	ROWS("pwm.%02u.scale", PARAM, RW, WRITE, pwm, scale, "units at full duty, not 0",
 	     PARAMETER(1, 0, 0)),
 	ROWS("pwm.%02u.offset", PARAM, RW, WRITE, pwm, offset, "duty, added"),
-	ROWS("pwm.%02u.min-dc", PARAM, RW, WRITE, pwm, min_dc, "minimum duty",
-	     PARAMETER(0, 0, 1)),
-	ROWS("pwm.%02u.max-dc", PARAM, RW, WRITE, pwm, max_dc, "maximum duty",
-	     PARAMETER(1, 0, 1)),
+	ROWS("pwm.%02u.min-dc", PARAM, RW, WRITE, pwm, min_dc, "minimum duty", PARAMETER(0, 0, 1)),
+	ROWS("pwm.%02u.max-dc", PARAM, RW, WRITE, pwm, max_dc, "maximum duty", PARAMETER(1, 0, 1)),
 	ROW("pwm.frequency", PARAM, RW, WRITE, set.pwm_frequency,
 	    "device setting: of all channels, Hz", SETTING_FLOAT(0.01, 1e6)),
 };

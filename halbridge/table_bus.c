@@ -31,8 +31,7 @@ static const struct table_row rows[] = {
 	ROW("PoExtBus.crc", PARAM, RW, WRITE, set.poextbus_crc,
 	    "device setting: 1 with a check byte, as PoRelay8 needs it", SETTING(0, 1)),
 	{ ROW_COMMON("PoRelay8.%02u.relay-%u", PIN, IN, WRITE, poextbus.out[LAST_BYTE]),
-	  .stride = -8, .count = POKEYS_POEXTBUS, .inner = 8, .inner_stride = 1,
-	  .inner_first = 1,
+	  .stride = -8, .count = POKEYS_POEXTBUS, .inner = 8, .inner_stride = 1, .inner_first = 1,
 	  .help = "relay of a PoRelay8; another name for a PoExtBus output, 00 is next to the "
 		  "device" },
 

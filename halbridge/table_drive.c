@@ -69,8 +69,8 @@ static const struct table_row rows[] = {
 	       "eight outputs follow an axis in buffered mode"),
 	ENGINE("synced-out.axis", sync.out_axis, POKEYS_AXES - 1, "the axis, from 0"),
 	LIST("synced-out.pin.%02u", PARAM, RW, WRITE, set.sync.out_pin, 8,
-	     "device setting: terminal of a bit, 92..99 external outputs, 0 none",
-	     SETTING(0, 99), APART),
+	     "device setting: terminal of a bit, 92..99 external outputs, 0 none", SETTING(0, 99),
+	     APART),
 
 	RATE("backlash", BACKLASH, "backlash added by the device"),
 	RATE("postep", POSTEP, "status of PoStep drivers"),

@@ -27,22 +27,25 @@ static const struct table_row rows[] = {
 	     "set it: at the next index pulse the device zeroes the count and the pin is cleared"),
 	ROWS("encoder.%02u.set", PIN, IN, WRITE, encoder, set,
 	     "a rising edge sets the device's counter to set-value; this also rewrites the other "
-	     "counters of its group (0 to 12 or 13 to 25): use it while none of them turns", APART),
+	     "counters of its group (0 to 12 or 13 to 25): use it while none of them turns",
+	     APART),
 	ROWS("encoder.%02u.set-value", PIN, IN, WRITE, encoder, set_value,
 	     "value for encoder.NN.set, counts", APART),
-	ROWS("encoder.%02u.scale", PARAM, RW, READ, encoder, scale,
-	     "counts per unit, not 0", PARAMETER(1, 0, 0)),
+	ROWS("encoder.%02u.scale", PARAM, RW, READ, encoder, scale, "counts per unit, not 0",
+	     PARAMETER(1, 0, 0)),
 	ROWS("encoder.%02u.enabled", PIN, OUT, READ, encoder, enabled,
 	     "the device counts it, as basic, fast or ultra-fast encoder"),
 
 	ROWS("encoder.%02u.count-lost", PIN, OUT, READ, encoder, count_lost,
 	     "the device was restarted, replaced or silent for 0.5 s: count does not contain what "
-	     "was turned meanwhile; until reset, set or the index", APART),
+	     "was turned meanwhile; until reset, set or the index",
+	     APART),
 	ROW("encoder-count-lost", PIN, OUT, READ, encoder_count_lost,
 	    "count-lost of at least one encoder that is enabled"),
 	ROW("encoder-keep-count", PARAM, RW, READ, encoder_keep_count,
 	    "after a restart or a silence of the device, count and position go on from where they "
-	    "were; 0: they jump to the device's count", PARAMETER(1, 0, 1)),
+	    "were; 0: they jump to the device's count",
+	    PARAMETER(1, 0, 1)),
 
 	ENCODER("sampling", sampling, 0, 4, "0 off, 1, 2 or 4 counts per line"),
 	ENCODER("pin-a", pin_a, 0, POKEYS_PINS - 1, "pin of channel A, 0 is pin 1"),

@@ -37,7 +37,8 @@ static const struct table_row rows[] = {
 	ROW("engine.dry-loses-position", PARAM, RW, READ, engine.dry_loses,
 	    "a buffer that runs dry, a limit switch and the emergency input stop axes without a "
 	    "ramp, and that is a loss of position for those that moved; 0: this machine's motors "
-	    "lose no steps in such a stop", PARAMETER(1, 0, 1)),
+	    "lose no steps in such a stop",
+	    PARAMETER(1, 0, 1)),
 	STATUS("engine.slot-us", engine.slot_us, "time of a slot, microseconds"),
 	ROW("engine.limit-override", PIN, IN, WRITE, engine.limit_override,
 	    "axes may leave their limit switches; the device has one override for all axes, so no "

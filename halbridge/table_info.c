@@ -20,8 +20,7 @@
 
 static const struct table_row rows[] = {
 	ROW("devSerial", PARAM, RW, READ, device_serial,
-	    "serial number of the device in use; written when it is identified",
-	    BOTH_SCHEMES),
+	    "serial number of the device in use; written when it is identified", BOTH_SCHEMES),
 	FACT("info.SerialNumber", info.serial, "serial number"),
 	FACT("info.DeviceTypeID", info.type_id, "hardware id"),
 	INFO("PinCount", pins, "digital pins"),
@@ -86,7 +85,7 @@ static const struct table_row rows[] = {
 	CLOCK_SET("hour", hour, 0, 23, "hour"),
 	CLOCK_SET("dom", day, 1, 31, "day of the month"),
 	CLOCK_SET("month", month, 1, 12, "month"),
-	CLOCK_SET("year", year, 2000, 2099, 
+	CLOCK_SET("year", year, 2000, 2099,
 		  "year; the day of the week and the day of the year are computed"),
 	ROW("rtc.set-outcome", PIN, OUT, READ, rtc.set_outcome,
 	    "result of the last setting of the clock: 0 none or in progress, 1 done, 2 failed, 3 "

@@ -9,8 +9,7 @@
 #include "halbridge/table_rows.h"
 
 static const struct table_row rows[] = {
-	LIST("pin.%02u.in", PIN, OUT, READ, pin.in, POKEYS_PINS,
-	     "digital input; pin.00 is pin 1"),
+	LIST("pin.%02u.in", PIN, OUT, READ, pin.in, POKEYS_PINS, "digital input; pin.00 is pin 1"),
 	LIST("pin.%02u.in-not", PIN, OUT, READ, pin.in_not, POKEYS_PINS, "its inverse"),
 	LIST("pin.%02u.out", PIN, IN, WRITE, pin.out, POKEYS_PINS,
 	     "digital output; followed if the device has the pin configured as an output"),

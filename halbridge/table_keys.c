@@ -9,9 +9,8 @@
 #include "halbridge/table_rows.h"
 
 static const struct table_row rows[] = {
-	{ ROW_COMMON("matrix.%02u.%02u", PIN, OUT, READ, matrix.key[0]),
-	  .stride = SETTINGS_COLUMNS, .count = SETTINGS_ROWS,
-	  .inner = SETTINGS_COLUMNS, .inner_stride = 1,
+	{ ROW_COMMON("matrix.%02u.%02u", PIN, OUT, READ, matrix.key[0]), .stride = SETTINGS_COLUMNS,
+	  .count = SETTINGS_ROWS, .inner = SETTINGS_COLUMNS, .inner_stride = 1,
 	  .help = "key of the matrix keyboard: row, column" },
 	ROW("matrix.enabled", PIN, OUT, READ, matrix.enabled, "the device scans it"),
 	ROW("matrix.enable", PARAM, RW, WRITE, set.matrix.enable,
@@ -23,8 +22,7 @@ static const struct table_row rows[] = {
 	LIST("matrix.row-pin.%02u", PARAM, RW, WRITE, set.matrix.row_pin, SETTINGS_ROWS,
 	     "device setting: pin of the row, 0 is pin 1", SETTING(0, POKEYS_PINS - 1), APART),
 	LIST("matrix.column-pin.%02u", PARAM, RW, WRITE, set.matrix.column_pin, SETTINGS_COLUMNS,
-	     "device setting: pin of the column, 0 is pin 1", SETTING(0, POKEYS_PINS - 1),
-	     APART),
+	     "device setting: pin of the column, 0 is pin 1", SETTING(0, POKEYS_PINS - 1), APART),
 
 	LIST("kbd48CNC.%02u.Button", PIN, OUT, READ, kbd48.button, VALUES_KEYS,
 	     "key 4 * column + row is pressed"),

@@ -79,14 +79,15 @@ static const struct table_row rows[] = {
 	      "physical pin of the emergency output; 0 = none", PARAMETER(0, 0, POKEYS_PINS)),
 	L_SET("PEv2.digin.Probe.Pin", legacy.engine_set.probe_pin,
 	      "physical pin of the probe; 0 = none", PARAMETER(0, 0, POKEYS_PINS)),
-	L_SET("PEv2.digin.Probe.invert", legacy.engine_set.probe_invert,
-	      "probe polarity", PARAMETER(0, 0, 1)),
+	L_SET("PEv2.digin.Probe.invert", legacy.engine_set.probe_invert, "probe polarity",
+	      PARAMETER(0, 0, 1)),
 };
 
 static const struct table_row choices[] = {
 	L_SET("legacy.axis-enable-follows", legacy.choice.axis_enable,
 	      "an axis moves only while its digout.AxisEnable.out or digout.AxisEnabled.out is "
-	      "true; false: as long as the machine is on", PARAMETER(0, 0, 1)),
+	      "true; false: as long as the machine is on",
+	      PARAMETER(0, 0, 1)),
 	L_SET("legacy.emergency-without-pin", legacy.choice.emergency_unset,
 	      "Emergency.in is true if no emergency pin is set", PARAMETER(1, 0, 1)),
 	L_SET("legacy.emergency-when-lost", legacy.choice.emergency_lost,
@@ -110,13 +111,15 @@ static const struct table_row choices[] = {
 	      PARAMETER(1, 0, 1)),
 	L_SET("legacy.old-switches", legacy.choice.old_switches,
 	      "LimitN.in, LimitP.in and Home.in of switches at pins are inverted as in the old "
-	      "component, while the engine runs", PARAMETER(0, 0, 1)),
+	      "component, while the engine runs",
+	      PARAMETER(0, 0, 1)),
 	L_SET("legacy.old-emergency", legacy.choice.old_emergency,
 	      "Emergency.in is true while there is no emergency, as it was until March 2025",
 	      PARAMETER(0, 0, 1)),
 	L_SET("legacy.encoder-factor", legacy.choice.encoder_factor,
 	      "with names=both: scale of encoder.10 to encoder.25, whose names belong to both "
-	      "schemes, is units per count", PARAMETER(0, 0, 1)),
+	      "schemes, is units per count",
+	      PARAMETER(0, 0, 1)),
 };
 
 TABLE_GROUP(table_legacy_engine, rows);

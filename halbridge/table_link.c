@@ -16,8 +16,7 @@
 	ROW(name, PARAM, RW, READ, member, "1 or more", PARAMETER(initial, 1, INT32_MAX))
 
 static const struct table_row rows[] = {
-	STATUS("connected", connected,
-	       "the device runs and its data are fresh", BOTH_SCHEMES),
+	STATUS("connected", connected, "the device runs and its data are fresh", BOTH_SCHEMES),
 	STATUS("stale", stale,
 	       "the pins below hold old values: no data younger than the daemon's stale-after-ms, "
 	       "or daemon-alive is false"),
@@ -89,15 +88,13 @@ static const struct table_row rows[] = {
 	STATUS("outputs-held", outputs_held,
 	       "outputs are held in the safe state after a loss or an emergency stop, until "
 	       "machine-is-on rises (exceptions after a loss: resume-outputs in pokeysd.conf)"),
-	STATUS("position-lost", position_lost,
-	       "position-lost of at least one joint", BOTH_SCHEMES),
+	STATUS("position-lost", position_lost, "position-lost of at least one joint", BOTH_SCHEMES),
 	STATUS("unhome", unhome,
 	       "a joint with a lost position is still homed in LinuxCNC: use this pin to switch "
 	       "the machine off and to unhome the joints; true for 250 ms in every 500 ms"),
 	STATUS("safe-state", safe_state, "the daemon holds outputs and axes in the safe state"),
 	STATUS("commander", commander, "the daemon follows this component's commands"),
-	STATUS("command-refused", command_refused,
-	       "the daemon refused values of the last command"),
+	STATUS("command-refused", command_refused, "the daemon refused values of the last command"),
 	STATUS("command-refused-count", command_refused_count, "values the daemon refused"),
 	OUTCOME("read-missing", read_missing,
 		"pokeys.N.write runs without pokeys.N.read: machine-is-on and the joints' enable "

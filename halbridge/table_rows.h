@@ -66,7 +66,7 @@
 extern const struct table_group table_link, table_info, table_io, table_analog, table_encoder,
 	table_joint, table_axis, table_task, table_engine, table_bus, table_keys, table_diagnostics,
 	table_failsafe, table_drive, table_heater, table_servo, table_threading, table_legacy_io,
-	table_legacy_axis, table_legacy_engine,
-	table_legacy_choice, table_legacy_ponet, table_legacy_former;
+	table_legacy_axis, table_legacy_engine, table_legacy_choice, table_legacy_ponet,
+	table_legacy_former;
 
 #endif

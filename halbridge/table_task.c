@@ -32,7 +32,8 @@ static const struct table_row rows[] = {
 	    "the probe touches, or has latched its positions: for motion.probe-input"),
 	ROW("probe.hybrid", PARAM, RW, WRITE, probe.hybrid,
 	    "joints move by their commands while the device watches the probe; otherwise the "
-	    "device moves the joints of probe.axes towards their probe-target", PARAMETER(0, 0, 0)),
+	    "device moves the joints of probe.axes towards their probe-target",
+	    PARAMETER(0, 0, 0)),
 	ROW("probe.axes", PARAM, RW, WRITE, probe.axes, "bits of the joints that the device moves",
 	    PARAMETER(0, 0, 255)),
 	ROW("probe.speed", PARAM, RW, WRITE, probe.speed,

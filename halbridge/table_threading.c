@@ -20,26 +20,31 @@ static const struct table_row rows[] = {
 	IN_PIN("release", release, "play slots by the millisecond again"),
 	IN_PIN("cancel", cancel, "end threading; the engine is stopped"),
 	OUT_PIN("preparing", preparing, "the device empties its buffer"),
-	OUT_PIN("prepared", prepared, "the device plays nothing: the motion may begin, and "
-				      "threading may be armed"),
+	OUT_PIN("prepared", prepared,
+		"the device plays nothing: the motion may begin, and "
+		"threading may be armed"),
 	OUT_PIN("waiting", waiting, "the device waits for the index"),
 	OUT_PIN("active", active, "motion follows the spindle"),
-	OUT_PIN("velocity", velocity, "speed of the spindle as the device estimates it; its unit "
-				      "is not documented"),
-	OUT_PIN("position-error", position_error, "lag that the device reports; its unit is not "
-						  "documented"),
+	OUT_PIN("velocity", velocity,
+		"speed of the spindle as the device estimates it; its unit "
+		"is not documented"),
+	OUT_PIN("position-error", position_error,
+		"lag that the device reports; its unit is not "
+		"documented"),
 	OUT_PIN("spindle-rpm", spindle_rpm, "speed of the spindle"),
 	OUT_PIN("index-count", index_count, "index pulses"),
 	OUT_PIN("behind", behind, "milliseconds of commanded motion that have not been played yet"),
 	OUT_PIN("refused", refused, "the last request was refused"),
-	OUT_PIN("reason", reason, "why: 1 the machine is off, 2 settings are missing or not yet "
-				  "accepted, 3 no enabled joint in buffered mode takes part, 4 a "
-				  "joint has not come to rest, 5 already active, 6 not prepared, 7 "
-				  "not begun, 8 time-limit, 9 no connection"),
-	OUT_PIN("error", error, "how the last threading ended: 0 success, 2 cancelled, 3 too late, "
-				"4 the device did something else, 5 a switch tripped, 7 link lost, "
-				"9 not known, 10 the buffer ran dry, 11 the spindle is too far "
-				"behind"),
+	OUT_PIN("reason", reason,
+		"why: 1 the machine is off, 2 settings are missing or not yet "
+		"accepted, 3 no enabled joint in buffered mode takes part, 4 a "
+		"joint has not come to rest, 5 already active, 6 not prepared, 7 "
+		"not begun, 8 time-limit, 9 no connection"),
+	OUT_PIN("error", error,
+		"how the last threading ended: 0 success, 2 cancelled, 3 too late, "
+		"4 the device did something else, 5 a switch tripped, 7 link lost, "
+		"9 not known, 10 the buffer ran dry, 11 the spindle is too far "
+		"behind"),
 	ROW("threading.time-limit", PARAM, RW, WRITE, threading.time_limit,
 	    "time limit for threading as a whole, seconds; 0: 300", PARAMETER(0, 0, 3600), APART),
 	SET("mode", mode, 0, 3, "0 index, 1 encoder and index, 2 and 3 the same at high speed"),

@@ -33,11 +33,17 @@ static void show(const struct threading *threading, struct values *values,
 		 const struct pokeys_threading *from)
 {
 	const struct value_threading_out now = {
-		.preparing = from->preparing, .prepared = from->prepared,
-		.waiting = from->waiting, .active = from->active,
-		.velocity = from->velocity, .position_error = from->position_error,
-		.spindle_rpm = from->spindle_rpm, .index_count = from->index_count,
-		.behind = from->behind, .error = threading->error, .reason = threading->reason,
+		.preparing = from->preparing,
+		.prepared = from->prepared,
+		.waiting = from->waiting,
+		.active = from->active,
+		.velocity = from->velocity,
+		.position_error = from->position_error,
+		.spindle_rpm = from->spindle_rpm,
+		.index_count = from->index_count,
+		.behind = from->behind,
+		.error = threading->error,
+		.reason = threading->reason,
 		.refused = threading->reason != POKEYS_THREADING_WELL,
 	};
 
@@ -55,8 +61,8 @@ static void look_for_end(struct threading *threading, const struct pokeys_engine
 	threading->begun = true;
 	threading->ended = engine->task_count;
 	if (ended && engine->task == POKEYS_TASK_THREADING)
-		threading->error = engine->task_result == POKEYS_TASK_DONE ?
-				   OUTCOME_WELL : engine->task_result;
+		threading->error = engine->task_result == POKEYS_TASK_DONE ? OUTCOME_WELL :
+									     engine->task_result;
 }
 
 void threading_read(struct threading *threading, struct values *values,
@@ -68,11 +74,11 @@ void threading_read(struct threading *threading, struct values *values,
 		const bool open = press->state == PRESS_QUEUED;
 
 		values->one_shot_failed_count += press_read(press, queue, state);
-		if (open && press->state == PRESS_IDLE &&
-		    press->outcome == POKEYS_OUTCOME_REFUSED)
+		if (open && press->state == PRESS_IDLE && press->outcome == POKEYS_OUTCOME_REFUSED)
 			/* without a link it is refused before anybody asks for a reason */
 			threading->reason = state->link == POKEYS_LINK_RUNNING ?
-					    state->threading.refused : THREADING_NO_DAEMON;
+						    state->threading.refused :
+						    THREADING_NO_DAEMON;
 	}
 	if (!fresh)
 		return;
@@ -99,7 +105,7 @@ bool threading_write(struct threading *threading, struct values *values,
 	const struct value_threading *value = &values->threading;
 	const bool pins[THREADING_BUTTONS] = {
 		[THREADING_PREPARE] = value->prepare, [THREADING_FORCE] = value->force,
-		[THREADING_ARM] = value->arm, [THREADING_RELEASE] = value->release,
+		[THREADING_ARM] = value->arm,         [THREADING_RELEASE] = value->release,
 		[THREADING_CANCEL] = value->cancel,
 	};
 	const bool good = limit_is_good(threading, values, refusals);
@@ -121,8 +127,8 @@ bool threading_write(struct threading *threading, struct values *values,
 				   queue, command);
 		if (edge)
 			threading->reason = !asked ? (uint32_t)THREADING_NO_DAEMON :
-					    well ? POKEYS_THREADING_WELL :
-						   POKEYS_THREADING_BAD_LIMIT;
+					    well   ? POKEYS_THREADING_WELL :
+						     POKEYS_THREADING_BAD_LIMIT;
 		values->one_shot_failed_count += news.failed;
 		full |= news.full;
 	}

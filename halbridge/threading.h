@@ -12,17 +12,21 @@
 #include "halbridge/values.h"
 
 enum threading_button {
-	THREADING_PREPARE, THREADING_FORCE, THREADING_ARM, THREADING_RELEASE, THREADING_CANCEL,
+	THREADING_PREPARE,
+	THREADING_FORCE,
+	THREADING_ARM,
+	THREADING_RELEASE,
+	THREADING_CANCEL,
 	THREADING_BUTTONS,
 };
 
-enum { THREADING_NO_DAEMON = 9 };	/* reason: beside enum pokeys_threading_refusal */
+enum { THREADING_NO_DAEMON = 9 }; /* reason: beside enum pokeys_threading_refusal */
 
 struct threading {
 	struct press press[THREADING_BUTTONS];
-	uint32_t error;			/* outcome.h, of the last one */
+	uint32_t error; /* outcome.h, of the last one */
 	uint32_t reason;
-	uint32_t ended;			/* tasks of the daemon's, as seen last */
+	uint32_t ended; /* tasks of the daemon's, as seen last */
 	bool begun;
 	struct factor time_limit;
 	bool limit_bad;
@@ -49,8 +53,7 @@ void threading_forget(struct threading *threading, struct values *values);
  */
 static inline bool threading_leads(const struct pokeys_engine *engine, unsigned int joint)
 {
-	return engine->task == POKEYS_TASK_THREADING &&
-	       engine->task_phase != POKEYS_TASK_IDLE &&
+	return engine->task == POKEYS_TASK_THREADING && engine->task_phase != POKEYS_TASK_IDLE &&
 	       engine->task_phase != POKEYS_TASK_STOPPING && engine->task_axes >> joint & 1;
 }
 

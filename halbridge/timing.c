@@ -17,8 +17,9 @@ static void judge(struct timing *timing, struct values *values, uint64_t took_ns
 	if (!(limit_us > 0) || took_us <= limit_us)
 		return;
 	values->time_exceeded_count++;
-	atomic_store_explicit(&timing->last_us, took_us < UINT32_MAX ? (uint32_t)took_us :
-			      UINT32_MAX, memory_order_relaxed);
+	atomic_store_explicit(&timing->last_us,
+			      took_us < UINT32_MAX ? (uint32_t)took_us : UINT32_MAX,
+			      memory_order_relaxed);
 }
 
 static void keep_longest(param_float *longest_us, uint64_t took_ns)

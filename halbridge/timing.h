@@ -8,8 +8,8 @@
 #include "halbridge/values.h"
 
 struct timing {
-	uint64_t read_ns;		/* of a read whose write has not come yet; 0 = none */
-	_Atomic uint32_t last_us;	/* of the last period above the threshold */
+	uint64_t read_ns;         /* of a read whose write has not come yet; 0 = none */
+	_Atomic uint32_t last_us; /* of the last period above the threshold */
 };
 
 /*

@@ -8,15 +8,14 @@
 #include <pokeys/command.h>
 #include <pokeys/settings.h>
 
-enum { STOPPED_BY_LIMIT = 100 };	/* engine.state, protocol section 3.24.1 */
+enum { STOPPED_BY_LIMIT = 100 }; /* engine.state, protocol section 3.24.1 */
 
 static bool any_driver(const struct pokeys_state *state)
 {
 	bool any = false;
 
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		any |= state->engine.axis[i].mode != POKEYS_AXIS_OFF &&
-		       state->engine.axis[i].error;
+		any |= state->engine.axis[i].mode != POKEYS_AXIS_OFF && state->engine.axis[i].error;
 		any |= state->postep[i].faults != 0;
 	}
 	return any;
@@ -42,9 +41,11 @@ static enum trouble_code judge(const struct values *values, const struct pokeys_
 {
 	if (!fresh)
 		return state->link == POKEYS_LINK_CONFIGURING &&
-		       (state->fault == POKEYS_FAULT_CONFIG_REFUSED ||
-			state->fault == POKEYS_FAULT_LOCKED) && values->daemon_alive ?
-		       TROUBLE_CONFIGURATION : TROUBLE_COMMUNICATION;
+				       (state->fault == POKEYS_FAULT_CONFIG_REFUSED ||
+					state->fault == POKEYS_FAULT_LOCKED) &&
+				       values->daemon_alive ?
+			       TROUBLE_CONFIGURATION :
+			       TROUBLE_COMMUNICATION;
 	if (values->emergency_stop || state->engine.emergency)
 		return TROUBLE_EMERGENCY;
 	if (any_heater(state))

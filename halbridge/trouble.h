@@ -9,17 +9,17 @@
 
 enum trouble_code {
 	TROUBLE_NONE = 0,
-	TROUBLE_COMMUNICATION = 1,	/* the device is not connected */
-	TROUBLE_DEVICE = 2,		/* a motor driver reports an error */
-	TROUBLE_LIMIT = 3,		/* a limit switch stopped the pulse engine */
-	TROUBLE_EMERGENCY = 4,		/* the emergency input, or HAL's emergency-stop */
-	TROUBLE_CONFIGURATION = 5,	/* the device does not take a setting, or is locked */
-	TROUBLE_HEATER = 6,		/* a heater with on-fault = machine has a fault */
+	TROUBLE_COMMUNICATION = 1, /* the device is not connected */
+	TROUBLE_DEVICE = 2,        /* a motor driver reports an error */
+	TROUBLE_LIMIT = 3,         /* a limit switch stopped the pulse engine */
+	TROUBLE_EMERGENCY = 4,     /* the emergency input, or HAL's emergency-stop */
+	TROUBLE_CONFIGURATION = 5, /* the device does not take a setting, or is locked */
+	TROUBLE_HEATER = 6,        /* a heater with on-fault = machine has a fault */
 };
 
 struct trouble {
 	bool connected_once;
-	bool active;			/* at the last read, since it was connected first */
+	bool active; /* at the last read, since it was connected first */
 };
 
 /*

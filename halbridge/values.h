@@ -27,15 +27,15 @@
 #include "halbridge/values_settings.h"
 
 enum {
-	VALUES_PINS = 56,		/* 55, padded */
-	VALUES_EXTERNAL = 8,		/* external outputs, relays */
+	VALUES_PINS = 56,    /* 55, padded */
+	VALUES_EXTERNAL = 8, /* external outputs, relays */
 	VALUES_BUS_BITS = 8 * POKEYS_POEXTBUS,
-	VALUES_KEYS = 48,		/* of a kbd48CNC */
+	VALUES_KEYS = 48, /* of a kbd48CNC */
 	VALUES_MATRIX = 8 * POKEYS_MATRIX_BYTES,
-	VALUES_PONET_WORDS = 4,		/* of a module's 16 bytes, 32 bits each */
+	VALUES_PONET_WORDS = 4, /* of a module's 16 bytes, 32 bits each */
 	/* bytes of struct values that are marked or compared at once */
 	VALUES_CHUNK = 32,
-	VALUES_TOUCHED = 9,		/* words with a bit for each chunk */
+	VALUES_TOUCHED = 9, /* words with a bit for each chunk */
 };
 
 struct value_info {
@@ -192,7 +192,7 @@ struct value_heater {
 	double temperature, target_in_effect, power, target;
 	uint32_t fault_code, condition, refused;
 	bool at_temperature, fault, reset;
-	double gain[VALUES_HEATER_GAINS];	/* enum pokeys_gain; parameters */
+	double gain[VALUES_HEATER_GAINS]; /* enum pokeys_gain; parameters */
 };
 
 /* A servo motor that the daemon controls. */
@@ -200,7 +200,7 @@ struct value_servo {
 	double pos_cmd, vel_cmd, pos_fb, vel_fb, error, output;
 	uint32_t fault_code, condition, refused, home_end;
 	bool enable, reset, home, enabled, fault, homed, homing, limit_minus, limit_plus;
-	double gain[POKEYS_GAINS];	/* parameters */
+	double gain[POKEYS_GAINS]; /* parameters */
 };
 
 struct value_latency {
@@ -213,7 +213,7 @@ struct value_diagnostics {
 	double deadline_us, device_tick_s;
 	struct value_latency wakeup, round_trip, data, age;
 	uint32_t sent, resent, received, late, lost, timed_out, stray, duplicate, stale_reply,
-		 corrupt;
+		corrupt;
 	uint32_t wrong_source, send_failed, cycles_late, in_flight, encoder_resyncs;
 	uint32_t load, access, failsafe_state;
 	uint32_t config_state, config_refused, config_refused_index;
@@ -225,12 +225,34 @@ struct value_diagnostics {
 
 /* Blocks of struct values, in its order. */
 enum values_block {
-	BLOCK_LINK, BLOCK_MACHINE, BLOCK_ENGINE, BLOCK_INFO, BLOCK_RTC, BLOCK_PIN, BLOCK_ANALOG,
-	BLOCK_COUNTER, BLOCK_PWM, BLOCK_ENCODER, BLOCK_JOINT, BLOCK_EXTERNAL, BLOCK_POEXTBUS,
-	BLOCK_MATRIX, BLOCK_KBD48, BLOCK_PONET, BLOCK_DRIVE, BLOCK_HEATER, BLOCK_SERVO,
-	BLOCK_DIAGNOSTICS, BLOCK_SETTINGS,
-	BLOCK_LEGACY_LINK, BLOCK_LEGACY_ENCODER, BLOCK_LEGACY_IO, BLOCK_LEGACY_PONET,
-	BLOCK_LEGACY_AXIS, BLOCK_LEGACY_ENGINE, VALUES_BLOCKS,
+	BLOCK_LINK,
+	BLOCK_MACHINE,
+	BLOCK_ENGINE,
+	BLOCK_INFO,
+	BLOCK_RTC,
+	BLOCK_PIN,
+	BLOCK_ANALOG,
+	BLOCK_COUNTER,
+	BLOCK_PWM,
+	BLOCK_ENCODER,
+	BLOCK_JOINT,
+	BLOCK_EXTERNAL,
+	BLOCK_POEXTBUS,
+	BLOCK_MATRIX,
+	BLOCK_KBD48,
+	BLOCK_PONET,
+	BLOCK_DRIVE,
+	BLOCK_HEATER,
+	BLOCK_SERVO,
+	BLOCK_DIAGNOSTICS,
+	BLOCK_SETTINGS,
+	BLOCK_LEGACY_LINK,
+	BLOCK_LEGACY_ENCODER,
+	BLOCK_LEGACY_IO,
+	BLOCK_LEGACY_PONET,
+	BLOCK_LEGACY_AXIS,
+	BLOCK_LEGACY_ENGINE,
+	VALUES_BLOCKS,
 };
 
 #define VALUES_ALL	((UINT32_C(1) << VALUES_BLOCKS) - 1)	/* every block */
@@ -244,7 +266,7 @@ struct values {
 	bool connected, stale, daemon_alive, phase_locked;
 	bool packet_error, packet_error_exceeded;
 	param_s32 packet_error_limit, packet_error_increment, packet_error_decrement;
-	param_float read_time_max, write_time_max, time_threshold;	/* us */
+	param_float read_time_max, write_time_max, time_threshold; /* us */
 	uint32_t time_exceeded_count;
 
 	/* commands */
@@ -281,9 +303,9 @@ struct values {
 	struct value_diagnostics diagnostics;
 	struct value_settings set;
 	struct value_legacy legacy;
-	uint32_t changed;		/* bit = enum values_block; no pin */
-	uint64_t touched[VALUES_TOUCHED];	/* bit = chunk; no pin */
-	uint64_t beyond[4];		/* the binding compares a chunk at once */
+	uint32_t changed;                 /* bit = enum values_block; no pin */
+	uint64_t touched[VALUES_TOUCHED]; /* bit = chunk; no pin */
+	uint64_t beyond[4];               /* the binding compares a chunk at once */
 };
 
 /* The OUT pins of this block have to be written. Realtime. */

@@ -16,9 +16,9 @@
 #include "halbridge/values_settings.h"
 
 enum {
-	LEGACY_ENCODERS = 29,		/* 26..28 never had a counter behind them */
-	LEGACY_EXTERNAL = 4,		/* external relays, and as many outputs */
-	LEGACY_WORDS = 16,		/* data bytes of a PoNET module, a pin each */
+	LEGACY_ENCODERS = 29, /* 26..28 never had a counter behind them */
+	LEGACY_EXTERNAL = 4,  /* external relays, and as many outputs */
+	LEGACY_WORDS = 16,    /* data bytes of a PoNET module, a pin each */
 };
 
 struct legacy_connection {
@@ -114,7 +114,7 @@ struct legacy_axis_settings {
 	param_u32 limit_minus_filter, limit_plus_filter, home_filter, probe_filter;
 	param_s32 home_position, arm_position, zero_position, scale, offset, sequence;
 	param_s32 enabled, inverted, planner, position_mode, home_inverted, soft_limits, masked;
-	param_bit on_home[4], off_home[4];	/* reduced speed, reverse, arm encoder, stop */
+	param_bit on_home[4], off_home[4]; /* reduced speed, reverse, arm encoder, stop */
 	param_bit limit_minus, limit_plus, home_switch, home_on_minus, home_on_plus;
 	param_bit limit_minus_invert, limit_plus_invert, home_invert, enable_invert;
 };

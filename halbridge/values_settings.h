@@ -23,9 +23,10 @@ typedef volatile int32_t param_s32;
 typedef volatile uint32_t param_u32;
 
 enum {
-	SETTINGS_ENCODERS = 25,		/* the ultra-fast one has settings of its own */
+	SETTINGS_ENCODERS = 25, /* the ultra-fast one has settings of its own */
 	SETTINGS_FAST = 3,
-	SETTINGS_ROWS = 16, SETTINGS_COLUMNS = 8,	/* of a matrix keyboard */
+	SETTINGS_ROWS = 16,
+	SETTINGS_COLUMNS = 8, /* of a matrix keyboard */
 };
 
 struct value_encoder_settings {

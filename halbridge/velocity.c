@@ -42,7 +42,7 @@ static uint32_t next_place(struct velocity *v)
 	struct velocity_steps *step = &v->step;
 
 	if (!v->used)
-		return 1;	/* steps are looked at in pairs: there is one in front of each */
+		return 1; /* steps are looked at in pairs: there is one in front of each */
 	if (v->newest + 1 < VELOCITY_ROOM)
 		return v->newest + 1;
 	memcpy(&step->position[1], &step->position[VELOCITY_ROOM - kept], size);

@@ -22,20 +22,20 @@ enum {
  * other way round. Nanoseconds as double: after a hundred days they are 2 ns coarse.
  */
 struct velocity_steps {
-	double position[VELOCITY_ROOM];		/* counts: the middle between before and after */
-	double t_ns[VELOCITY_ROOM];		/* the middle between the two samples */
-	double doubt[VELOCITY_ROOM];		/* the position is right to +- so many counts */
-	double doubt_ns[VELOCITY_ROOM];		/* and the time to +- so many */
+	double position[VELOCITY_ROOM]; /* counts: the middle between before and after */
+	double t_ns[VELOCITY_ROOM];     /* the middle between the two samples */
+	double doubt[VELOCITY_ROOM];    /* the position is right to +- so many counts */
+	double doubt_ns[VELOCITY_ROOM]; /* and the time to +- so many */
 };
 
 struct velocity {
 	bool started;
-	uint32_t newest, used;		/* place of the newest step; how many there are */
-	int64_t count;			/* at the last sample */
+	uint32_t newest, used; /* place of the newest step; how many there are */
+	int64_t count;         /* at the last sample */
 	uint64_t t_ns;
-	uint64_t quiet_ns;		/* certainly no step since then */
-	double slope;			/* counts per second, from the steps */
-	double rate;			/* and bounded by the silence since the last one */
+	uint64_t quiet_ns; /* certainly no step since then */
+	double slope;      /* counts per second, from the steps */
+	double rate;       /* and bounded by the silence since the last one */
 	struct velocity_steps step;
 };
 
@@ -58,8 +58,7 @@ double velocity_sample(struct velocity *v, int64_t count, uint64_t t_ns);
  */
 static inline bool velocity_rests(const struct velocity *v, int64_t count, uint64_t t_ns)
 {
-	return v->started && v->slope == 0 && v->rate == 0 && v->count == count &&
-	       v->t_ns == t_ns;
+	return v->started && v->slope == 0 && v->rate == 0 && v->count == count && v->t_ns == t_ns;
 }
 
 #endif

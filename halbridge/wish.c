@@ -32,7 +32,7 @@ static void fill_up(struct wish *wish)
 			wish_store(item->row, &filled, item->index, &plain,
 				   wish_load(item->row, settings, item->index, &plain));
 	}
-	filled.set &= ~(uint32_t)POKEYS_SET_NAME;	/* HAL has no text to set it with */
+	filled.set &= ~(uint32_t)POKEYS_SET_NAME; /* HAL has no text to set it with */
 	wish->image.settings = filled;
 }
 
@@ -51,7 +51,8 @@ static struct wish_context context_of(const struct wish_item *item, const struct
 	double scale = values->joint[item->index % POKEYS_AXES].scale;
 
 	return (struct wish_context){
-		.scale = isfinite(scale) && scale != 0 ? scale : 1, .pwm_hz = values->info.pwm_hz,
+		.scale = isfinite(scale) && scale != 0 ? scale : 1,
+		.pwm_hz = values->info.pwm_hz,
 	};
 }
 
@@ -63,21 +64,20 @@ static bool same(double a, double b)
 /* "As the device has it". A bit that begins as false or true cannot say that. */
 static bool is_left(const struct wish_item *item, double value)
 {
-	return same(value, item->name->initial) &&
-	       (item->name->type != TABLE_BIT || value > 1);
+	return same(value, item->name->initial) && (item->name->type != TABLE_BIT || value > 1);
 }
 
 static bool in_range(const struct wish_item *item, double value)
 {
 	const struct table_row *name = item->name;
 
-	return isfinite(value) && (name->low == name->high ||
-				   (value >= name->low && value <= name->high));
+	return isfinite(value) &&
+	       (name->low == name->high || (value >= name->low && value <= name->high));
 }
 
 /* Returns true if that changes the wish. */
-static bool put(struct wish *wish, const struct wish_item *item,
-		const struct wish_context *context, double raw)
+static bool put(struct wish *wish, const struct wish_item *item, const struct wish_context *context,
+		double raw)
 {
 	struct pokeys_settings *settings = &wish->image.settings;
 	bool was_set = wish_is_set(item->row, settings, item->index, context);
@@ -200,8 +200,7 @@ static bool look_at(struct wish *wish, struct wish_item *item, struct values *va
 }
 
 /* An axis turned round: what was the one limit is the other, so both are set anew. */
-static void turn_round(struct wish *wish, const struct wish_item *item,
-		       const struct values *values)
+static void turn_round(struct wish *wish, const struct wish_item *item, const struct values *values)
 {
 	const struct wish_context now = context_of(item, values), then = { .scale = item->scale };
 
@@ -213,7 +212,7 @@ static void judge(struct wish *wish, struct wish_item *item, const struct values
 		  wish_refuse refuse, void *argument)
 {
 	double value = table_get(item->name, (const unsigned char *)values +
-				 table_offset(item->name, item->index));
+						     table_offset(item->name, item->index));
 
 	wish->bad += item->bad;
 	if (item->bad && !(item->was_bad && same(value, item->refused)))

@@ -15,12 +15,12 @@
 #include "halbridge/table.h"
 #include "halbridge/values.h"
 
-enum { WISH_ITEMS = 2048 };	/* parameters that are settings, at most */
+enum { WISH_ITEMS = 2048 }; /* parameters that are settings, at most */
 
 /* What a conversion may need to know. */
 struct wish_context {
-	double scale;		/* of the joint, pulses per unit, never 0 */
-	double pwm_hz;		/* 0 = not known */
+	double scale;  /* of the joint, pulses per unit, never 0 */
+	double pwm_hz; /* 0 = not known */
 };
 
 /*
@@ -30,7 +30,7 @@ struct wish_context {
 struct wish_unit {
 	bool (*to)(const struct wish_context *context, double value, double *raw);
 	double (*from)(const struct wish_context *context, double raw);
-	const char *wanted;	/* what may be set, for a person; NULL = the row's range says it */
+	const char *wanted; /* what may be set, for a person; NULL = the row's range says it */
 };
 
 extern const struct wish_unit wish_plain, wish_not, wish_mode, wish_sampling, wish_fast,
@@ -42,19 +42,19 @@ enum wish_form { WISH_UNSIGNED, WISH_SIGNED, WISH_REAL };
 /* Part of a struct pokeys_settings. The parameter's index moves it by `stride`. */
 struct wish_place {
 	uint16_t offset, stride;
-	uint8_t size;		/* bytes; 0 = one bit, the (shift + index)-th behind offset */
-	uint8_t shift;		/* of the lowest of `bits` */
-	uint32_t bits;		/* of it, 0 = all */
+	uint8_t size;  /* bytes; 0 = one bit, the (shift + index)-th behind offset */
+	uint8_t shift; /* of the lowest of `bits` */
+	uint32_t bits; /* of it, 0 = all */
 };
 
 /* A parameter (of the row that begins at `value`), its field, and what says "meant". */
 struct wish_row {
-	uint16_t value;			/* offset of the row's first member in struct values */
+	uint16_t value; /* offset of the row's first member in struct values */
 	struct wish_place field, flag;
-	struct wish_place mirror, mirror_flag;	/* instead, where the scale is negative */
-	uint8_t form;			/* enum wish_form */
+	struct wish_place mirror, mirror_flag; /* instead, where the scale is negative */
+	uint8_t form;                          /* enum wish_form */
 	const struct wish_unit *unit;
-	bool together;			/* all rows of the flag are needed: no device tells one */
+	bool together; /* all rows of the flag are needed: no device tells one */
 };
 
 struct wish_group {
@@ -64,20 +64,20 @@ struct wish_group {
 
 struct wish_item {
 	const struct wish_row *row;
-	const struct table_row *name;	/* the row that makes its names */
+	const struct table_row *name; /* the row that makes its names */
 	unsigned int index;
-	double shown;			/* what we put into the parameter, or took from it */
-	double refused;			/* the value at the last look */
-	double scale;			/* of the joint when somebody set it; 0 = nobody has */
-	bool bad, was_bad;		/* it holds what is not used */
+	double shown;      /* what we put into the parameter, or took from it */
+	double refused;    /* the value at the last look */
+	double scale;      /* of the joint when somebody set it; 0 = nobody has */
+	bool bad, was_bad; /* it holds what is not used */
 };
 
 struct wish {
-	struct pokeys_wish image;	/* to be sent when wish_look() says so */
-	struct pokeys_settings device;	/* as reported */
-	bool known;			/* the device's settings have been reported */
-	bool any;			/* something was set here */
-	uint32_t bad;			/* parameters that hold what is not used */
+	struct pokeys_wish image;      /* to be sent when wish_look() says so */
+	struct pokeys_settings device; /* as reported */
+	bool known;                    /* the device's settings have been reported */
+	bool any;                      /* something was set here */
+	uint32_t bad;                  /* parameters that hold what is not used */
 	size_t count;
 	struct wish_item item[WISH_ITEMS];
 };

@@ -123,28 +123,40 @@ static const struct wish_row engine_rows[] = {
 };
 
 static const struct wish_row axis_rows[] = {
-	BIT(enable, options, 0), BIT(invert, options, 1), BIT(home_invert, options, 4),
-	BIT(soft_limits, options, 5), BIT(masked, options, 7),
+	BIT(enable, options, 0),
+	BIT(invert, options, 1),
+	BIT(home_invert, options, 4),
+	BIT(soft_limits, options, 5),
+	BIT(masked, options, 7),
 	{ VALUE(axis[0].mode), .field = AXIS_PLACE(options, 12, 2),
 	  .flag = AXIS_PLACE(options_mask, 12, 2), .unit = &wish_mode },
-	BIT(limit_neg, switches, 0), BIT(limit_pos, switches, 1), BIT(home, switches, 2),
-	BIT(home_on_limit_neg, switches, 3), BIT(home_on_limit_pos, switches, 4),
-	BIT(limit_neg_invert, switches, 5), BIT(limit_pos_invert, switches, 6),
+	BIT(limit_neg, switches, 0),
+	BIT(limit_pos, switches, 1),
+	BIT(home, switches, 2),
+	BIT(home_on_limit_neg, switches, 3),
+	BIT(home_on_limit_pos, switches, 4),
+	BIT(limit_neg_invert, switches, 5),
+	BIT(limit_pos_invert, switches, 6),
 	BIT(home_switch_invert, switches, 7),
 	BYTE(limit_neg_pin, pin_limit_minus, PIN_LIMIT_MINUS),
 	BYTE(limit_pos_pin, pin_limit_plus, PIN_LIMIT_PLUS),
-	BYTE(home_pin, pin_home, PIN_HOME), BYTE(enable_pin, pin_enable, PIN_ENABLE),
+	BYTE(home_pin, pin_home, PIN_HOME),
+	BYTE(enable_pin, pin_enable, PIN_ENABLE),
 	BYTE(enable_invert, invert_enable, INVERT_ENABLE),
 	BYTE(limit_neg_filter, filter_limit_minus, FILTER_LIMIT_MINUS),
 	BYTE(limit_pos_filter, filter_limit_plus, FILTER_LIMIT_PLUS),
-	BYTE(home_filter, filter_home, FILTER_HOME), BYTE(probe_filter, filter_probe, FILTER_PROBE),
-	NIBBLE(homing_on_switch, 15, 0), NIBBLE(homing_off_switch, 240, 4),
+	BYTE(home_filter, filter_home, FILTER_HOME),
+	BYTE(probe_filter, filter_probe, FILTER_PROBE),
+	NIBBLE(homing_on_switch, 15, 0),
+	NIBBLE(homing_off_switch, 240, 4),
 	BYTE(homing_speed, homing_speed, HOMING_SPEED),
 	BYTE(homing_return_speed, homing_return, HOMING_RETURN),
 	BYTE(mpg_encoder, mpg_encoder, MPG_ENCODER),
 	AXIS(mpg_multiplier, mpg_multiplier, MPG_MULTIPLIER, WISH_SIGNED, wish_plain),
 	AXIS(mpg_divider, mpg_divider, MPG_DIVIDER, WISH_UNSIGNED, wish_plain),
-	SIGNAL(step_invert, 0), SIGNAL(direction_invert, 1), SIGNAL(index_falling, 2),
+	SIGNAL(step_invert, 0),
+	SIGNAL(direction_invert, 1),
+	SIGNAL(index_falling, 2),
 	AXIS(max_velocity, max_speed, MAX_SPEED, WISH_REAL, wish_speed),
 	AXIS(max_acceleration, max_acceleration, MAX_ACCELERATION, WISH_REAL, wish_speed),
 	AXIS(max_deceleration, max_deceleration, MAX_DECELERATION, WISH_REAL, wish_speed),
@@ -176,8 +188,8 @@ static const struct wish_row drive_rows[] = {
 #define GROUP(rows_)	{ rows_, sizeof(rows_) / sizeof(rows_[0]) }
 
 static const struct wish_group groups[] = {
-	GROUP(io_rows), GROUP(encoder_rows), GROUP(engine_rows), GROUP(axis_rows),
-	GROUP(drive_rows),
+	GROUP(io_rows),   GROUP(encoder_rows), GROUP(engine_rows),
+	GROUP(axis_rows), GROUP(drive_rows),
 };
 
 static const struct table_row *name_of(size_t value)
@@ -198,7 +210,10 @@ static int add(struct wish *wish, const struct wish_row *row)
 		return -ENOSPC;
 	for (unsigned int i = 0; i < count; i++)
 		wish->item[wish->count++] = (struct wish_item){
-			.row = row, .name = name, .index = i, .shown = name->initial,
+			.row = row,
+			.name = name,
+			.index = i,
+			.shown = name->initial,
 		};
 	return 0;
 }

@@ -40,7 +40,9 @@ static double not_from(const struct wish_context *context, double raw)
 
 /* Axis options: 1 internal planner, 2 position mode. */
 static const uint8_t mode_options[] = {
-	[POKEYS_AXIS_POSITION] = 3, [POKEYS_AXIS_VELOCITY] = 1, [POKEYS_AXIS_BUFFERED] = 0,
+	[POKEYS_AXIS_POSITION] = 3,
+	[POKEYS_AXIS_VELOCITY] = 1,
+	[POKEYS_AXIS_BUFFERED] = 0,
 };
 
 static bool mode_to(const struct wish_context *context, double value, double *raw)

@@ -12,8 +12,8 @@
 
 struct wisher {
 	struct wish wish;
-	uint64_t epoch;			/* of the report last taken over */
-	uint32_t count, session;	/* of the report, of the wish last sent */
+	uint64_t epoch;          /* of the report last taken over */
+	uint32_t count, session; /* of the report, of the wish last sent */
 	bool unsent;
 	struct pokeys_report report;
 };

@@ -15,11 +15,11 @@
 #include "wire/model.h"
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "bit i of a member is bit i % 8 of "
-							   "its byte i / 8");
+							  "its byte i / 8");
 
 static const struct model_group *const groups[] = {
-	&model_link, &model_io, &model_motion, &model_drive, &model_heater, &model_servo,
-	&model_device, &model_bus, &model_latency, &model_command,
+	&model_link,  &model_io,     &model_motion, &model_drive,   &model_heater,
+	&model_servo, &model_device, &model_bus,    &model_latency, &model_command,
 };
 
 const struct model_row *model_row(size_t number)
@@ -38,7 +38,7 @@ unsigned int model_names(const struct model_row *row)
 }
 
 #pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wformat-nonliteral"	/* the names of our own table */
+#pragma GCC diagnostic ignored "-Wformat-nonliteral" /* the names of our own table */
 void model_name(const struct model_row *row, unsigned int index, char name[MODEL_NAME_MAX + 1])
 {
 	const unsigned int inner = row->inner ? row->inner : 1;
@@ -81,9 +81,9 @@ const char *model_help(const struct model_row *row)
 const char *model_type_name(const struct model_row *row)
 {
 	static const char *const names[MODEL_TYPES] = {
-		[MODEL_BIT] = "bit", [MODEL_FLAG] = "bit", [MODEL_UNSIGNED] = "unsigned",
+		[MODEL_BIT] = "bit",       [MODEL_FLAG] = "bit",    [MODEL_UNSIGNED] = "unsigned",
 		[MODEL_SIGNED] = "signed", [MODEL_FLOAT] = "float", [MODEL_TEXT] = "text",
-		[MODEL_ADDRESS] = "text", [MODEL_AGE] = "float", [MODEL_QUANTILE] = "float",
+		[MODEL_ADDRESS] = "text",  [MODEL_AGE] = "float",   [MODEL_QUANTILE] = "float",
 	};
 
 	return row->factor != 0 || row->whole ? "float" : names[row->type];
@@ -200,8 +200,8 @@ static void take_quantile(struct model_value *value, const uint8_t *at, double q
 		take_real(value, (double)pokeys_histogram_percentile(&histogram, quantile));
 }
 
-static void take(const struct model_row *row, const uint8_t *at, unsigned int bit,
-		 uint64_t now_ns, struct model_value *value)
+static void take(const struct model_row *row, const uint8_t *at, unsigned int bit, uint64_t now_ns,
+		 struct model_value *value)
 {
 	switch ((enum model_type)row->type) {
 	case MODEL_BIT:
@@ -243,11 +243,12 @@ static void take(const struct model_row *row, const uint8_t *at, unsigned int bi
 static double as_real(const struct model_value *value)
 {
 	return value->kind == MODEL_NATURAL ? (double)value->natural :
-	       value->kind == MODEL_INTEGER ? (double)value->integer : value->real;
+	       value->kind == MODEL_INTEGER ? (double)value->integer :
+					      value->real;
 }
 
-void model_read(const struct model_row *row, unsigned int index,
-		const struct model_images *images, struct model_value *value)
+void model_read(const struct model_row *row, unsigned int index, const struct model_images *images,
+		struct model_value *value)
 {
 	const unsigned int inner = row->inner ? row->inner : 1;
 	const unsigned int place = index / inner * row->stride + index % inner * row->inner_stride;
@@ -269,8 +270,8 @@ void model_read(const struct model_row *row, unsigned int index,
 	}
 }
 
-unsigned int model_board_terminal(const struct model_row *row, unsigned int index,
-				  uint8_t hardware, const char **label)
+unsigned int model_board_terminal(const struct model_row *row, unsigned int index, uint8_t hardware,
+				  const char **label)
 {
 	const struct wire_labels *labels = wire_labels(hardware);
 	const struct wire_model *model = wire_model(hardware);

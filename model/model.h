@@ -23,66 +23,74 @@ enum { MODEL_NAME_MAX = 47, MODEL_TEXT_MAX = 32 };
 
 /* The image that a row's value is in. */
 enum model_image {
-	MODEL_STATE, MODEL_DIAG, MODEL_JUDGEMENT,
-	MODEL_COMMAND,		/* written and not read: by one commander */
+	MODEL_STATE,
+	MODEL_DIAG,
+	MODEL_JUDGEMENT,
+	MODEL_COMMAND, /* written and not read: by one commander */
 	MODEL_IMAGES,
 };
 
 enum model_type {
-	MODEL_BIT,		/* one bit, little-endian from offset on */
-	MODEL_FLAG,		/* a byte, true if it is not 0 */
-	MODEL_UNSIGNED, MODEL_SIGNED, MODEL_FLOAT,	/* of `size` bytes */
-	MODEL_TEXT,		/* `size` bytes, NUL terminated if shorter */
-	MODEL_ADDRESS,		/* IPv4, host byte order */
-	MODEL_AGE,		/* a time stamp, CLOCK_MONOTONIC ns; shown as time since then */
-	MODEL_QUANTILE,		/* a struct pokeys_histogram; the duration at `quantile` */
+	MODEL_BIT,  /* one bit, little-endian from offset on */
+	MODEL_FLAG, /* a byte, true if it is not 0 */
+	MODEL_UNSIGNED,
+	MODEL_SIGNED,
+	MODEL_FLOAT,    /* of `size` bytes */
+	MODEL_TEXT,     /* `size` bytes, NUL terminated if shorter */
+	MODEL_ADDRESS,  /* IPv4, host byte order */
+	MODEL_AGE,      /* a time stamp, CLOCK_MONOTONIC ns; shown as time since then */
+	MODEL_QUANTILE, /* a struct pokeys_histogram; the duration at `quantile` */
 	MODEL_TYPES,
 };
 
 /* How the number in a name relates to a terminal of the board. */
 enum model_terminal {
 	MODEL_NO_TERMINAL,
-	MODEL_PIN,		/* terminal = index + 1 */
-	MODEL_ANALOG,		/* terminal = index + 41 */
-	MODEL_PWM,		/* depends on the board */
-	MODEL_OUTPUT,		/* an output without a terminal number, but with a label */
+	MODEL_PIN,    /* terminal = index + 1 */
+	MODEL_ANALOG, /* terminal = index + 41 */
+	MODEL_PWM,    /* depends on the board */
+	MODEL_OUTPUT, /* an output without a terminal number, but with a label */
 };
 
 struct model_row {
-	const char *name;	/* after "pokeys.N."; "%02u", "%u" for an index */
-	const char *help;	/* NULL: HAL's */
-	const char *unit;	/* "" = none */
-	const char *(*word)(uint8_t value);	/* NULL = its numbers have no words */
-	double factor;		/* shown = number * factor; 0 = as it is */
-	double quantile;	/* 0..1 */
-	uint16_t offset;	/* of the first one, bytes */
-	uint16_t stride, inner_stride;	/* bytes, of MODEL_BIT bits */
-	uint16_t count;		/* of the first index */
-	uint8_t inner;		/* of the second index, from 0; 0 = there is none */
-	uint8_t first_bit;	/* of MODEL_BIT */
+	const char *name;                   /* after "pokeys.N."; "%02u", "%u" for an index */
+	const char *help;                   /* NULL: HAL's */
+	const char *unit;                   /* "" = none */
+	const char *(*word)(uint8_t value); /* NULL = its numbers have no words */
+	double factor;                      /* shown = number * factor; 0 = as it is */
+	double quantile;                    /* 0..1 */
+	uint16_t offset;                    /* of the first one, bytes */
+	uint16_t stride, inner_stride;      /* bytes, of MODEL_BIT bits */
+	uint16_t count;                     /* of the first index */
+	uint8_t inner;                      /* of the second index, from 0; 0 = there is none */
+	uint8_t first_bit;                  /* of MODEL_BIT */
 	uint8_t size;
-	uint16_t whole;		/* shown = number / the uint32_t at this offset; 0 = not */
+	uint16_t whole; /* shown = number / the uint32_t at this offset; 0 = not */
 	uint8_t image, type, terminal;
 	/* of what is commanded */
-	double low, high;	/* as shown; low == high: whatever its type takes */
-	uint16_t mask;		/* byte of the bit that says that it is commanded; 0 = none */
-	uint8_t mask_bit, mask_stride;	/* the first such bit; from one first index to the next */
+	double low, high; /* as shown; low == high: whatever its type takes */
+	uint16_t mask;    /* byte of the bit that says that it is commanded; 0 = none */
+	uint8_t mask_bit, mask_stride; /* the first such bit; from one first index to the next */
 };
 
 /* Computed by the reader from the time stamps and its own clock; treated as an image. */
 struct model_judgement {
-	double age_us;		/* of the fast data; infinite if there are none */
+	double age_us; /* of the fast data; infinite if there are none */
 	uint8_t connected, stale, daemon_alive;
 };
 
 struct model_images {
-	const void *image[MODEL_IMAGES];	/* NULL = not there */
+	const void *image[MODEL_IMAGES]; /* NULL = not there */
 	uint64_t now_ns;
 };
 
 enum model_kind {
-	MODEL_UNKNOWN,		/* the image says that it is not known */
-	MODEL_BOOLEAN, MODEL_NATURAL, MODEL_INTEGER, MODEL_REAL, MODEL_STRING,
+	MODEL_UNKNOWN, /* the image says that it is not known */
+	MODEL_BOOLEAN,
+	MODEL_NATURAL,
+	MODEL_INTEGER,
+	MODEL_REAL,
+	MODEL_STRING,
 };
 
 struct model_value {
@@ -94,7 +102,7 @@ struct model_value {
 		double real;
 		char string[MODEL_TEXT_MAX];
 	};
-	const char *word;	/* what the number stands for; NULL = no word */
+	const char *word; /* what the number stands for; NULL = no word */
 };
 
 /* Row `number`, from 0; NULL after the last one. */
@@ -124,8 +132,8 @@ bool model_find(const char *name, const struct model_row **row, unsigned int *in
 
 /* A pin of HAL that has no row. */
 struct model_alone {
-	const char *name;	/* as HAL's table has it */
-	const char *instead;	/* the pattern of what the device has; NULL = nothing like it */
+	const char *name;    /* as HAL's table has it */
+	const char *instead; /* the pattern of what the device has; NULL = nothing like it */
 };
 
 /* Pin `number`, from 0; NULL after the last one. */
@@ -138,14 +146,14 @@ const struct model_alone *model_alone(size_t number);
 bool model_is_hal_name(const char *name, const char **instead);
 
 /* Read a value. It is MODEL_UNKNOWN if its image is missing. */
-void model_read(const struct model_row *row, unsigned int index,
-		const struct model_images *images, struct model_value *value);
+void model_read(const struct model_row *row, unsigned int index, const struct model_images *images,
+		struct model_value *value);
 
 /*
  * The terminal on the board with this hardware id, from 1; 0 = it has none, or the board is
  * not known. *label is what the board's maker calls it, or NULL.
  */
-unsigned int model_board_terminal(const struct model_row *row, unsigned int index,
-				  uint8_t hardware, const char **label);
+unsigned int model_board_terminal(const struct model_row *row, unsigned int index, uint8_t hardware,
+				  const char **label);
 
 #endif

@@ -71,8 +71,7 @@ static const struct model_row rows[] = {
 
 	NUMBER("rtt-us", statistics.rtt_last_ns, US),
 	NUMBER("rtt-avg-us", statistics.rtt_smoothed_ns, US),
-	NUMBER("rtt-min-us", statistics.rtt_min_ns, US,
-	       HELP("shortest round trip, microseconds")),
+	NUMBER("rtt-min-us", statistics.rtt_min_ns, US, HELP("shortest round trip, microseconds")),
 	NUMBER("rtt-max-us", statistics.rtt_max_ns, US),
 	NUMBER("rtt-jitter-us", statistics.rtt_variation_ns, US),
 	NUMBER("deadline-us", statistics.deadline_ns, US),

@@ -60,8 +60,7 @@ static const struct model_row rows[] = {
 	SERVO("acceleration-gain", acceleration_gain, "",
 	      HELP("feed-forward, output for each unit/s^2 that is commanded")),
 	SERVO("max-rate", max_speed, "", HELP("highest speed of moves, units/s")),
-	SERVO("max-rate-change", max_acceleration, "",
-	      HELP("acceleration of moves, units/s^2")),
+	SERVO("max-rate-change", max_acceleration, "", HELP("acceleration of moves, units/s^2")),
 	MOVES("state", state, "", WORDS(pokeys_moves_state_name),
 	      HELP("0 = no path of motors or axes, 1 moving, 2 held, 3 aborting, 4 ended, and held "
 		   "until the commanded positions match")),

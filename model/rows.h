@@ -79,7 +79,6 @@ struct model_group {
 	}
 
 extern const struct model_group model_link, model_io, model_motion, model_drive, model_device,
-	model_bus, model_latency,
-	model_heater, model_servo, model_command;
+	model_bus, model_latency, model_heater, model_servo, model_command;
 
 #endif

@@ -25,7 +25,7 @@ static uint32_t read_bits(const void *from, size_t size)
 {
 	uint32_t value = 0;
 
-	memcpy(&value, from, size);	/* little-endian, as all of shared memory */
+	memcpy(&value, from, size); /* little-endian, as all of shared memory */
 	return value;
 }
 

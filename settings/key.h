@@ -14,37 +14,37 @@
 #include <pokeys/settings.h>
 
 enum settings_type {
-	SETTINGS_NUMBER,	/* integer: words, or minimum..maximum */
-	SETTINGS_REAL,		/* float */
-	SETTINGS_PIN_FUNCTION,	/* terminals that have the function `bits` */
-	SETTINGS_PIN_FLAG,	/* terminals that have it besides another function */
-	SETTINGS_PIN_PAIR,	/* two terminals, one after the other in memory, 0-based */
-	SETTINGS_PIN_ROW,	/* terminals in order, 0-based; how many stands in `counted` */
-	SETTINGS_PIN_BITS,	/* bit array of terminals */
-	SETTINGS_BYTES,		/* numbers minimum..maximum; what is not given is 0 */
-	SETTINGS_TEXT,		/* characters, NUL terminated */
+	SETTINGS_NUMBER,       /* integer: words, or minimum..maximum */
+	SETTINGS_REAL,         /* float */
+	SETTINGS_PIN_FUNCTION, /* terminals that have the function `bits` */
+	SETTINGS_PIN_FLAG,     /* terminals that have it besides another function */
+	SETTINGS_PIN_PAIR,     /* two terminals, one after the other in memory, 0-based */
+	SETTINGS_PIN_ROW,      /* terminals in order, 0-based; how many stands in `counted` */
+	SETTINGS_PIN_BITS,     /* bit array of terminals */
+	SETTINGS_BYTES,        /* numbers minimum..maximum; what is not given is 0 */
+	SETTINGS_TEXT,         /* characters, NUL terminated */
 };
 
 struct settings_word {
 	const char *name;
-	int64_t value;		/* as in the field (within `bits`) */
+	int64_t value; /* as in the field (within `bits`) */
 };
 
 struct settings_key {
-	const char *name;	/* '#' stands for an index */
+	const char *name; /* '#' stands for an index */
 	enum settings_type type;
-	size_t offset, size;	/* of the field of index 0 */
-	size_t set_offset, set_size;	/* of the word that says whether it is meant */
+	size_t offset, size;         /* of the field of index 0 */
+	size_t set_offset, set_size; /* of the word that says whether it is meant */
 	uint32_t set_bits;
-	uint32_t bits;		/* the part of the field that is this key; 0 = all */
-	size_t counted;		/* SETTINGS_PIN_ROW: offset of the number of terminals */
-	uint32_t count, stride;	/* indices 0..count-1 (0 = no index), bytes between them */
+	uint32_t bits;          /* the part of the field that is this key; 0 = all */
+	size_t counted;         /* SETTINGS_PIN_ROW: offset of the number of terminals */
+	uint32_t count, stride; /* indices 0..count-1 (0 = no index), bytes between them */
 	bool is_signed;
-	double minimum, maximum;	/* as written; maximum < minimum: words only */
-	double scale;		/* written = (field - bias) * scale; 0 = 1 */
+	double minimum, maximum; /* as written; maximum < minimum: words only */
+	double scale;            /* written = (field - bias) * scale; 0 = 1 */
 	int32_t bias;
-	const struct settings_word *words;	/* ends with a NULL name; may be NULL */
-	const char *unit;	/* NULL = none */
+	const struct settings_word *words; /* ends with a NULL name; may be NULL */
+	const char *unit;                  /* NULL = none */
 	const char *help;
 };
 

@@ -13,7 +13,9 @@ struct line {
 };
 
 /* Append; what does not fit is cut. */
-__attribute__((format(printf, 2, 3)))
+static inline void put(struct line *line, const char *format, ...)
+	__attribute__((format(printf, 2, 3)));
+
 static inline void put(struct line *line, const char *format, ...)
 {
 	const size_t room = line->size - line->length;

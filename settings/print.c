@@ -122,8 +122,8 @@ static uint64_t functions_of(const struct settings_key *key, const struct pokeys
 	for (int pin = (int)key->minimum - 1; pin < (int)key->maximum; pin++) {
 		uint8_t function = settings->pin_function[pin];
 		bool has = key->type == SETTINGS_PIN_FLAG ?
-			   (function & key->bits) && function & 0x7f :
-			   (function & 0x7fu) == key->bits;
+				   (function & key->bits) && function & 0x7f :
+				   (function & 0x7fu) == key->bits;
 
 		if (settings->pin_set[pin / 8] >> pin % 8 & 1 && has)
 			pins |= UINT64_C(1) << pin;

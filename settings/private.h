@@ -5,11 +5,11 @@
 
 #include "settings/key.h"
 
-enum { NAME_LENGTH = 20 };	/* of the device's name, protocol section 2.1 */
+enum { NAME_LENGTH = 20 }; /* of the device's name, protocol section 2.1 */
 
 struct pin_list {
 	uint32_t count;
-	uint8_t pin[POKEYS_PINS];	/* 0-based */
+	uint8_t pin[POKEYS_PINS]; /* 0-based */
 };
 
 void *field_at(const struct settings_key *key, uint32_t index, struct pokeys_settings *settings);

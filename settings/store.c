@@ -57,8 +57,8 @@ static const char *parse_pins(const struct settings_key *key, const char *text,
 		return NULL;
 	while (list_part(&text, part, sizeof(part))) {
 		int first, last;
-		const char *wrong = list_range(part, (int)key->minimum, (int)key->maximum,
-					       &first, &last);
+		const char *wrong = list_range(part, (int)key->minimum, (int)key->maximum, &first,
+					       &last);
 
 		if (wrong)
 			return wrong;

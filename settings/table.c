@@ -148,8 +148,8 @@ const struct settings_key settings_keys[] = {
 	    RANGE(0, UINT16_MAX),
 	    .help = "Gain with which the device follows the spindle's speed; no unit, range or "
 		    "usual value is documented."),
-	KEY("threading-position-gain", SETTINGS_NUMBER, AT(threading_position_gain),
-	    SET(THREADING), RANGE(0, UINT16_MAX),
+	KEY("threading-position-gain", SETTINGS_NUMBER, AT(threading_position_gain), SET(THREADING),
+	    RANGE(0, UINT16_MAX),
 	    .help = "Gain with which the device corrects its position lag; no unit, range or usual "
 		    "value is documented."),
 	KEY("threading-ignore-axes", SETTINGS_NUMBER, AT(threading_ignore), SET(THREADING),
@@ -209,8 +209,8 @@ const struct settings_key settings_keys[] = {
 		      "Filter of the probe; 0 is off."),
 	SWITCH_PIN(pin_enable, PIN_ENABLE, AXIS("enable-pin"),
 		   "Terminal that enables the motor driver, or the device's dedicated output."),
-	KEY(AXIS("enable-invert"), SETTINGS_NUMBER, AXIS_AT(invert_enable),
-	    AXIS_SET(INVERT_ENABLE), FLAG(1), .help = "Enable output is inverted."),
+	KEY(AXIS("enable-invert"), SETTINGS_NUMBER, AXIS_AT(invert_enable), AXIS_SET(INVERT_ENABLE),
+	    FLAG(1), .help = "Enable output is inverted."),
 	KEY(AXIS("enable-masked"), SETTINGS_NUMBER, AXIS_FLAG(options, 128), FLAG(128),
 	    .help = "The enable output follows a mask of the host instead of the engine's state."),
 	KEY(AXIS("homing-invert"), SETTINGS_NUMBER, AXIS_FLAG(options, 16), FLAG(16),
@@ -235,12 +235,13 @@ const struct settings_key settings_keys[] = {
 	KEY(AXIS("mpg-divider"), SETTINGS_NUMBER, AXIS_AT(mpg_divider), AXIS_SET(MPG_DIVIDER),
 	    RANGE(0, UINT16_MAX), .help = "See mpg-multiplier."),
 	KEY(AXIS("step-invert"), SETTINGS_NUMBER, AXIS_AT(signals), AXIS_SET(SIGNALS), .bits = 1,
-	    FLAG(1), .help = "Step signal is inverted. The three signal keys (step-invert, "
-			     "direction-invert, index-falling) are written together."),
+	    FLAG(1),
+	    .help = "Step signal is inverted. The three signal keys (step-invert, "
+		    "direction-invert, index-falling) are written together."),
 	KEY(AXIS("direction-invert"), SETTINGS_NUMBER, AXIS_AT(signals), AXIS_SET(SIGNALS),
 	    .bits = 2, FLAG(2), .help = "Direction signal is inverted, in addition to invert."),
-	KEY(AXIS("index-falling"), SETTINGS_NUMBER, AXIS_AT(signals), AXIS_SET(SIGNALS),
-	    .bits = 4, FLAG(4), .help = "Homing uses the falling edge of the index signal."),
+	KEY(AXIS("index-falling"), SETTINGS_NUMBER, AXIS_AT(signals), AXIS_SET(SIGNALS), .bits = 4,
+	    FLAG(4), .help = "Homing uses the falling edge of the index signal."),
 	KEY(AXIS("backlash-width"), SETTINGS_NUMBER, AXIS_AT(backlash_half),
 	    AXIS_SET(BACKLASH_WIDTH), RANGE(0, 2 * UINT16_MAX), .scale = 2, .unit = "pulses",
 	    .help = "Backlash that the device compensates at each change of direction, in steps of "
@@ -257,8 +258,8 @@ const struct settings_key settings_keys[] = {
 	KEY(AXIS("postep-address"), SETTINGS_NUMBER, AXIS_AT(postep_address),
 	    AXIS_SET(POSTEP_ADDRESS), RANGE(0, UINT8_MAX),
 	    .help = "I2C address of the PoStep driver."),
-	KEY(AXIS("postep-microsteps"), SETTINGS_NUMBER, AXIS_AT(postep_step),
-	    AXIS_SET(POSTEP_STEP), WORDS_ONLY,
+	KEY(AXIS("postep-microsteps"), SETTINGS_NUMBER, AXIS_AT(postep_step), AXIS_SET(POSTEP_STEP),
+	    WORDS_ONLY,
 	    WORDS({ "1", 0 }, { "2", 1 }, { "4", 2 }, { "8", 3 }, { "16", 4 }, { "32", 5 },
 		  { "64", 6 }, { "128", 7 }, { "256", 8 }),
 	    .help = "Microsteps per step of the PoStep driver. The driver must have power when the "
@@ -288,16 +289,19 @@ const struct settings_key settings_keys[] = {
 	    .bits = 0x10, WORDS_ONLY, WORDS({ "1", 0x10 }, { "4", 0 }), .unit = "counts a line",
 	    .help = "Edges that the fast encoders count."),
 	KEY("fast-encoder.0.invert", SETTINGS_NUMBER, AT(fast_options), SET(FAST_ENCODERS),
-	    .bits = 0x20, FLAG(0x20), .help = "First fast encoder counts in the opposite "
-					      "direction."),
+	    .bits = 0x20, FLAG(0x20),
+	    .help = "First fast encoder counts in the opposite "
+		    "direction."),
 	KEY("fast-encoder.1.invert", SETTINGS_NUMBER, AT(fast_options), SET(FAST_ENCODERS),
-	    .bits = 0x40, FLAG(0x40), .help = "Second fast encoder counts in the opposite "
-					      "direction."),
+	    .bits = 0x40, FLAG(0x40),
+	    .help = "Second fast encoder counts in the opposite "
+		    "direction."),
 	KEY("fast-encoder.2.invert", SETTINGS_NUMBER, AT(fast_options), SET(FAST_ENCODERS),
-	    .bits = 0x80, FLAG(0x80), .help = "Third fast encoder counts in the opposite "
-					      "direction."),
-	KEY("fast-encoder-index", SETTINGS_NUMBER, AT(fast_options), SET(FAST_ENCODERS),
-	    .bits = 1, FLAG(1), .help = "Terminals 9, 11 and 27 reset the fast encoders to zero."),
+	    .bits = 0x80, FLAG(0x80),
+	    .help = "Third fast encoder counts in the opposite "
+		    "direction."),
+	KEY("fast-encoder-index", SETTINGS_NUMBER, AT(fast_options), SET(FAST_ENCODERS), .bits = 1,
+	    FLAG(1), .help = "Terminals 9, 11 and 27 reset the fast encoders to zero."),
 	KEY("ultra-fast-encoder", SETTINGS_NUMBER, AT(ultra_enable), SET(ULTRA_FAST), FLAG(1),
 	    .help = "Encoder 25, at terminals 8 (A), 12 (B) and 13 (index). The ultra-fast-encoder "
 		    "keys are written together: keys that are not set are off (sampling: 4)."),
@@ -347,8 +351,9 @@ const struct settings_key settings_keys[] = {
 	    .help = "Outputs that are on in the device's failsafe state; all others are off. If "
 		    "not set, the outputs in safe-on."),
 	KEY("failsafe-poextbus", SETTINGS_BYTES, AT(failsafe_poextbus), SET(FAILSAFE),
-	    RANGE(0, 255), .help = "Bytes of PoExtBus in the device's failsafe state; 0 if not "
-				   "set."),
+	    RANGE(0, 255),
+	    .help = "Bytes of PoExtBus in the device's failsafe state; 0 if not "
+		    "set."),
 	KEY("failsafe-pwm", SETTINGS_BYTES, AT(failsafe_pwm), SET(FAILSAFE), RANGE(0, 100),
 	    .unit = "%",
 	    .help = "Duty cycles of the PWM outputs in the device's failsafe state; 0 if not set."),

@@ -116,8 +116,8 @@ static uint64_t heater_fan(const struct look *look, unsigned int index)
 
 static uint64_t heater_fan_pwm(const struct look *look, unsigned int index)
 {
-	return index < look->daemon->heaters ?
-	       pwm_bit(look, look->daemon->heater[index].fan_pwm) : 0;
+	return index < look->daemon->heaters ? pwm_bit(look, look->daemon->heater[index].fan_pwm) :
+					       0;
 }
 
 static uint64_t servo_pwm(const struct look *look, unsigned int index)
@@ -128,7 +128,8 @@ static uint64_t servo_pwm(const struct look *look, unsigned int index)
 static uint64_t servo_reverse(const struct look *look, unsigned int index)
 {
 	return index < look->daemon->servos ?
-	       pwm_bit(look, look->daemon->servo[index].reverse_pwm) : 0;
+		       pwm_bit(look, look->daemon->servo[index].reverse_pwm) :
+		       0;
 }
 
 static uint64_t servo_direction(const struct look *look, unsigned int index)
@@ -185,7 +186,8 @@ static uint64_t generator_io(const struct look *look, unsigned int index)
 
 	(void)index;
 	return is_external(s) && s->generator & WIRE_GENERATOR_EXTENDED_IO ?
-	       look->board->generator_io : 0;
+		       look->board->generator_io :
+		       0;
 }
 
 static uint64_t special(uint8_t value, uint8_t by_default)
@@ -197,14 +199,16 @@ static uint64_t charge_pump(const struct look *look, unsigned int index)
 {
 	(void)index;
 	return look->settings->set & POKEYS_SET_CHARGE_PUMP ?
-	       special(look->settings->charge_pump, look->board->charge_pump) : 0;
+		       special(look->settings->charge_pump, look->board->charge_pump) :
+		       0;
 }
 
 static uint64_t emergency(const struct look *look, unsigned int index)
 {
 	(void)index;
 	return look->settings->set & POKEYS_SET_EMERGENCY_PIN ?
-	       special(look->settings->emergency_pin, look->board->emergency) : 0;
+		       special(look->settings->emergency_pin, look->board->emergency) :
+		       0;
 }
 
 static uint64_t synced_pwm(const struct look *look, unsigned int index)
@@ -213,8 +217,9 @@ static uint64_t synced_pwm(const struct look *look, unsigned int index)
 
 	(void)index;
 	return s->set & POKEYS_SET_SYNC_PWM && s->sync_pwm_enable &&
-	       s->sync_pwm_channel < WIRE_MODEL_PWMS ?
-	       bit(look->board->pwm_pin[s->sync_pwm_channel]) : 0;
+			       s->sync_pwm_channel < WIRE_MODEL_PWMS ?
+		       bit(look->board->pwm_pin[s->sync_pwm_channel]) :
+		       0;
 }
 
 static uint64_t synced_outputs(const struct look *look, unsigned int index)
@@ -288,7 +293,7 @@ static uint64_t encoder(const struct look *look, unsigned int index)
 static const struct wire_encoder_pins *fast_pins(const struct look *look)
 {
 	return look->settings->fast_configuration == WIRE_FAST_OLD ? look->board->fast_old :
-								    look->board->fast;
+								     look->board->fast;
 }
 
 static uint64_t fast(const struct look *look, unsigned int index)
@@ -320,14 +325,16 @@ static uint64_t ultra(const struct look *look, unsigned int index)
 
 	(void)index;
 	return look->settings->set & POKEYS_SET_ULTRA_FAST && look->settings->ultra_enable ?
-	       bit(of->a) | bit(of->b) | bit(of->index) : 0;
+		       bit(of->a) | bit(of->b) | bit(of->index) :
+		       0;
 }
 
 static uint64_t poextbus(const struct look *look, unsigned int index)
 {
 	(void)index;
 	return look->settings->set & POKEYS_SET_POEXTBUS && look->settings->poextbus_connector ?
-	       look->board->poextbus : 0;
+		       look->board->poextbus :
+		       0;
 }
 
 static uint64_t matrix(const struct look *look, const uint8_t *pin, unsigned int count,
@@ -412,8 +419,10 @@ static size_t list_owners(const struct look *look, struct terminal_owner out[OWN
 	for (size_t i = 0; i < SOURCES; i++) {
 		for (unsigned int k = 0; k < sources[i].count; k++) {
 			out[count] = (struct terminal_owner){
-				.terminals = sources[i].used(look, k), .key = sources[i].key,
-				.index = (uint8_t)k, .kind = (uint8_t)sources[i].kind,
+				.terminals = sources[i].used(look, k),
+				.key = sources[i].key,
+				.index = (uint8_t)k,
+				.kind = (uint8_t)sources[i].kind,
 				.number = (uint8_t)count,
 			};
 			count++;
@@ -477,7 +486,7 @@ static uint64_t able(const struct wire_pinmap *board, const struct terminal_owne
 struct boards {
 	const struct wire_pinmap *map[BOARDS_MAX];
 	struct terminal_owner owner[BOARDS_MAX][OWNERS_MAX];
-	uint64_t any[OWNERS_MAX];	/* of an owner's terminals, on whichever board */
+	uint64_t any[OWNERS_MAX]; /* of an owner's terminals, on whichever board */
 	size_t count, owners;
 };
 

@@ -15,44 +15,44 @@
 #include "wire/model.h"
 
 enum terminal_kind {
-	TERMINAL_INPUT,		/* a digital input */
-	TERMINAL_COUNTER,	/* ... whose edges are counted */
+	TERMINAL_INPUT,   /* a digital input */
+	TERMINAL_COUNTER, /* ... whose edges are counted */
 	TERMINAL_ANALOG,
-	TERMINAL_OUTPUT,	/* a digital output */
-	TERMINAL_LISTENER,	/* a switch, an encoder: only reads its level */
-	TERMINAL_SCANNED,	/* of the matrix keyboard */
-	TERMINAL_DRIVEN,	/* an output of another part of the device */
-	TERMINAL_COMMANDED,	/* the same, by a commander and not by a setting */
-	TERMINAL_FOLLOWER,	/* a digital output that an axis switches */
-	TERMINAL_SENSOR,	/* an analog input of a heater */
-	TERMINAL_LOOP,		/* a digital output of a heater or a servo motor */
-	TERMINAL_SAFE_ON,	/* a digital output, after a loss */
+	TERMINAL_OUTPUT,    /* a digital output */
+	TERMINAL_LISTENER,  /* a switch, an encoder: only reads its level */
+	TERMINAL_SCANNED,   /* of the matrix keyboard */
+	TERMINAL_DRIVEN,    /* an output of another part of the device */
+	TERMINAL_COMMANDED, /* the same, by a commander and not by a setting */
+	TERMINAL_FOLLOWER,  /* a digital output that an axis switches */
+	TERMINAL_SENSOR,    /* an analog input of a heater */
+	TERMINAL_LOOP,      /* a digital output of a heater or a servo motor */
+	TERMINAL_SAFE_ON,   /* a digital output, after a loss */
 	TERMINAL_SAFE_HOLD,
 	TERMINAL_RESUME,
 	TERMINAL_KINDS
 };
 
 struct terminal_owner {
-	uint64_t terminals;	/* bit = terminal - 1; 0 = it uses none */
-	const char *key;	/* of pokeysd.conf; '#' stands for the index */
+	uint64_t terminals; /* bit = terminal - 1; 0 = it uses none */
+	const char *key;    /* of pokeysd.conf; '#' stands for the index */
 	uint8_t index;
-	uint8_t kind;		/* enum terminal_kind */
-	uint8_t number;		/* always the same one for the same key and index */
+	uint8_t kind;   /* enum terminal_kind */
+	uint8_t number; /* always the same one for the same key and index */
 };
 
 /* Keys of pokeysd.conf that are no settings of the device; bit = terminal - 1. */
 struct terminal_daemon {
 	uint64_t safe_on, safe_hold, resume;
-	uint32_t pwm;			/* channels that a commander enables */
+	uint32_t pwm; /* channels that a commander enables */
 	uint8_t heaters;
 	struct {
 		uint64_t sensor, output, fan;
-		uint8_t pwm, fan_pwm;	/* channel + 1; 0 = none */
+		uint8_t pwm, fan_pwm; /* channel + 1; 0 = none */
 	} heater[POKEYS_HEATERS];
 	uint8_t servos;
 	struct {
 		uint64_t direction, enable, low, high, home;
-		uint8_t pwm, reverse_pwm;	/* channel + 1; 0 = none */
+		uint8_t pwm, reverse_pwm; /* channel + 1; 0 = none */
 	} servo[POKEYS_SERVOS];
 };
 

@@ -14,8 +14,7 @@
 const char settings_not_allowed[] = "is not allowed";
 const char settings_out_of_range[] = "is out of range";
 
-const struct settings_word *settings_find_word(const struct settings_word *words,
-					       const char *text)
+const struct settings_word *settings_find_word(const struct settings_word *words, const char *text)
 {
 	for (const struct settings_word *word = words; word && word->name; word++)
 		if (!strcmp(word->name, text))

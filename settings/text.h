@@ -11,8 +11,7 @@
 extern const char settings_not_allowed[], settings_out_of_range[];
 
 /* Of a list that ends with a NULL name, or none; NULL = it is not in it. */
-const struct settings_word *settings_find_word(const struct settings_word *words,
-					       const char *text);
+const struct settings_word *settings_find_word(const struct settings_word *words, const char *text);
 
 /*
  * The whole text as a decimal number of minimum..maximum; without any if maximum < minimum.

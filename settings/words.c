@@ -14,8 +14,8 @@ const char *settings_pin_text(uint8_t function, char text[SETTINGS_VALUE_MAX])
 		uint8_t bits;
 		const char *name;
 	} functions[] = {
-		{ 0x00, "inactive" }, { 0x02, "digital input" }, { 0x04, "digital output" },
-		{ 0x08, "analog input" }, { 0x10, "analog output" }, { 0x22, "triggered input" },
+		{ 0x00, "inactive" },        { 0x02, "digital input" }, { 0x04, "digital output" },
+		{ 0x08, "analog input" },    { 0x10, "analog output" }, { 0x22, "triggered input" },
 		{ 0x20, "triggered input" }, { 0x42, "counter input" }, { 0x40, "counter input" },
 	};
 
@@ -42,24 +42,29 @@ size_t settings_allowed(const struct settings_key *key, char *text, size_t size)
 					     key->maximum);
 		return at;
 	case SETTINGS_BYTES:
-		return settings_append(text, size, at, "at most %zu numbers %g..%g with commas "
-				       "between", key->size, key->minimum, key->maximum);
+		return settings_append(text, size, at,
+				       "at most %zu numbers %g..%g with commas "
+				       "between",
+				       key->size, key->minimum, key->maximum);
 	case SETTINGS_TEXT:
-		return settings_append(text, size, at, "at most %d printable characters, no "
-				       "quotes, ; or #", NAME_LENGTH);
+		return settings_append(text, size, at,
+				       "at most %d printable characters, no "
+				       "quotes, ; or #",
+				       NAME_LENGTH);
 	case SETTINGS_PIN_PAIR:
 		return settings_append(text, size, at, "two pins %g..%g with a comma between",
 				       key->minimum, key->maximum);
 	case SETTINGS_PIN_ROW:
-		return settings_append(text, size, at, "at most %zu pins %g..%g with commas "
-				       "between, in order", key->size, key->minimum,
-				       key->maximum);
+		return settings_append(text, size, at,
+				       "at most %zu pins %g..%g with commas "
+				       "between, in order",
+				       key->size, key->minimum, key->maximum);
 	case SETTINGS_PIN_FUNCTION:
 	case SETTINGS_PIN_FLAG:
 	case SETTINGS_PIN_BITS:
 		return settings_append(text, size, at, "pins %g..%g as a list such as %g-%g,%g",
-			      key->minimum, key->maximum, key->minimum, key->minimum + 2,
-			      key->minimum + 4);
+				       key->minimum, key->maximum, key->minimum, key->minimum + 2,
+				       key->minimum + 4);
 	}
 	return at;
 }

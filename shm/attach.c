@@ -23,7 +23,7 @@
 
 enum {
 	SERVICE_NAME_MAX = POKEYS_SHM_NAME_MAX + 24,
-	ATTACH_FILES = 24,	/* 15 stay open */
+	ATTACH_FILES = 24, /* 15 stay open */
 	ATTACH_BYTES = 64 * 1024,
 };
 
@@ -66,8 +66,8 @@ static int is_being_made(const char *root, char *why, size_t size)
 	return say(why, size, -ENOENT, "the daemon in %s is making its files", root);
 }
 
-static int check_manifest(const struct pokeys_client *client, const char *root,
-			  char *why, size_t size)
+static int check_manifest(const struct pokeys_client *client, const char *root, char *why,
+			  size_t size)
 {
 	struct manifest manifest;
 	int r = manifest_read(root, &manifest);
@@ -83,9 +83,8 @@ static int check_manifest(const struct pokeys_client *client, const char *root,
 	if (r)
 		return r;
 	if (!manifest_has_device(&manifest, client->device))
-		return say(why, size, -ENODEV,
-			   "the daemon has no device '%s'; it has: %s%s", client->device,
-			   manifest.devices ? manifest.device[0] : "none",
+		return say(why, size, -ENODEV, "the daemon has no device '%s'; it has: %s%s",
+			   client->device, manifest.devices ? manifest.device[0] : "none",
 			   manifest.devices > 1 ? ", ..." : "");
 	r = manifest_check_segments(root, why, size);
 	if (!r)
@@ -139,8 +138,8 @@ static void remove_remains(const struct pokeys_client *client, const char *root_
  * Who is it? Its name, if this process may see it: another user's process may
  * be hidden (hidepid, ProtectProc=) and live all the same.
  */
-static int explain_busy(const struct pokeys_client *client, const struct iox_node *node,
-			char *why, size_t size)
+static int explain_busy(const struct pokeys_client *client, const struct iox_node *node, char *why,
+			size_t size)
 {
 	char service[SERVICE_NAME_MAX];
 	char path[32], comm[24] = "";
@@ -158,15 +157,15 @@ static int explain_busy(const struct pokeys_client *client, const struct iox_nod
 	if (!file && pid > 0 && kill(pid, 0) && errno == ESRCH)
 		return say(why, size, -EBUSY,
 			   "another commander held device '%s': process %d, which is gone; "
-			   "the daemon is clearing its place", client->device, (int)pid);
+			   "the daemon is clearing its place",
+			   client->device, (int)pid);
 	return say(why, size, -EBUSY,
 		   "another commander holds device '%s': process %d (%s); end it first",
 		   client->device, (int)pid, *comm ? comm : "its name is hidden");
 }
 
 static int explain(const struct pokeys_client *client, const struct attachment *attachment,
-		   const char *root, int r, const struct iox_error *error,
-		   char *why, size_t size)
+		   const char *root, int r, const struct iox_error *error, char *why, size_t size)
 {
 	switch (r) {
 	case -EBUSY:

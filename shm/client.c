@@ -81,8 +81,7 @@ static enum pokeys_client_state explain_current(struct pokeys_client *client, in
 	char why[CLIENT_WHY_MAX] = "";
 
 	if (r == -ENOENT || r == -ENOTDIR) {
-		say(why, sizeof(why), 0, "no daemon in %s; is pokeysd running?",
-		    client->directory);
+		say(why, sizeof(why), 0, "no daemon in %s; is pokeysd running?", client->directory);
 		return set_status(client, POKEYS_CLIENT_DETACHED, why);
 	}
 	if (r == -EACCES)

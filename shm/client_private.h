@@ -30,7 +30,7 @@ struct client_follower {
 
 struct client_holder {
 	pthread_t thread;
-	pthread_mutex_t lock;		/* of what follows */
+	pthread_mutex_t lock; /* of what follows */
 	pthread_cond_t wake;
 	uint64_t renewed_ns;
 	struct pokeys_command command;
@@ -38,7 +38,7 @@ struct client_holder {
 	/* the thread's */
 	uint64_t look_ns, heartbeat;
 	bool resumed;
-	char root[SHM_ROOT_NAME_MAX];	/* of the daemon that it commanded last */
+	char root[SHM_ROOT_NAME_MAX]; /* of the daemon that it commanded last */
 	/* from the start on */
 	uint64_t period_ns, lease_ns;
 	uint32_t session;
@@ -52,21 +52,21 @@ struct pokeys_client {
 	unsigned int flags;
 
 	/* for the realtime thread; NULL while not attached. One that does not command: */
-	struct handover mirror;		/* struct mirror_view */
+	struct handover mirror; /* struct mirror_view */
 	/* a commander: */
-	struct handover state;		/* struct iox_state_reader */
-	struct handover diag;		/* struct iox_diag_reader */
-	struct handover command;	/* struct iox_command_writer */
-	const struct pokeys_command *written;	/* the last image; NULL = none yet */
-	struct handover report;		/* struct iox_report_reader */
-	struct handover wish;		/* struct iox_wish_writer */
+	struct handover state;                /* struct iox_state_reader */
+	struct handover diag;                 /* struct iox_diag_reader */
+	struct handover command;              /* struct iox_command_writer */
+	const struct pokeys_command *written; /* the last image; NULL = none yet */
+	struct handover report;               /* struct iox_report_reader */
+	struct handover wish;                 /* struct iox_wish_writer */
 
 	/* of the thread that polls, under `cold` */
 	pthread_mutex_t cold;
-	struct mirror_view *view;	/* what `mirror` has */
+	struct mirror_view *view; /* what `mirror` has */
 	struct iox_node *node;
-	uint64_t news;			/* seen last */
-	char root_name[SHM_ROOT_NAME_MAX];	/* attached to; "" = to none */
+	uint64_t news;                     /* seen last */
+	char root_name[SHM_ROOT_NAME_MAX]; /* attached to; "" = to none */
 
 	struct client_status status;
 	struct client_follower follower;

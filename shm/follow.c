@@ -21,8 +21,8 @@
 #include "shm/client_private.h"
 
 enum {
-	STACK_BYTES = 1024 * 1024,	/* an attach was seen to use 160 kB of it */
-	REFUSED_MS = 200,	/* an attempt costs milliseconds: not more often */
+	STACK_BYTES = 1024 * 1024, /* an attach was seen to use 160 kB of it */
+	REFUSED_MS = 200,          /* an attempt costs milliseconds: not more often */
 };
 
 static void add_ms(struct timespec *when, unsigned int ms)
@@ -107,8 +107,7 @@ static void choose_cpus(cpu_set_t *cpus)
 	remove_isolated(cpus);
 }
 
-static int start_thread(pthread_t *out, void *(*run)(void *), void *argument,
-			const cpu_set_t *cpus)
+static int start_thread(pthread_t *out, void *(*run)(void *), void *argument, const cpu_set_t *cpus)
 {
 	const struct sched_param parameter = { .sched_priority = 0 };
 	pthread_attr_t attributes;
@@ -139,7 +138,7 @@ int client_thread(pthread_t *out, void *(*run)(void *), void *argument)
 
 	choose_cpus(&cpus);
 	r = start_thread(out, run, argument, &cpus);
-	if (r == -EINVAL)	/* none of these CPUs is there for us */
+	if (r == -EINVAL) /* none of these CPUs is there for us */
 		r = start_thread(out, run, argument, NULL);
 	return r;
 }

@@ -9,7 +9,7 @@
  */
 #include <pokeys/shm.h>
 
-enum { FIRST_BIT = 6 };	/* 64 ns */
+enum { FIRST_BIT = 6 }; /* 64 ns */
 
 #define ROUNDING 1e-12		/* 0.07 * 100 is a little more than 7 */
 

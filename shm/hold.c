@@ -18,7 +18,7 @@
 #include "shm/client_private.h"
 #include "shm/clock.h"
 
-enum { LOOK_NS = 100000000 };		/* how often the daemon is looked for */
+enum { LOOK_NS = 100000000 }; /* how often the daemon is looked for */
 
 static uint64_t now_ns(void)
 {
@@ -166,8 +166,8 @@ static int renew(struct client_holder *holder, const struct pokeys_command *comm
 	int lapsed;
 
 	pthread_mutex_lock(&holder->lock);
-	lapsed = holder->lapsed || (holder->given &&
-				    lease_now_ns() - holder->renewed_ns >= holder->lease_ns);
+	lapsed = holder->lapsed ||
+		 (holder->given && lease_now_ns() - holder->renewed_ns >= holder->lease_ns);
 	holder->lapsed = !command && lapsed;
 	if (command) {
 		holder->command = *command;

@@ -93,8 +93,8 @@ int shm_host_clear(const char *runtime_directory, char *why, size_t size)
 	return r;
 }
 
-int shm_host_add(struct shm_host *host, const char *name, struct shm_device **out,
-		 char *why, size_t size)
+int shm_host_add(struct shm_host *host, const char *name, struct shm_device **out, char *why,
+		 size_t size)
 {
 	struct shm_device *device = &host->devices[host->count];
 	int r;
@@ -114,8 +114,7 @@ int shm_host_add(struct shm_host *host, const char *name, struct shm_device **ou
 		r = shm_device_open(device, host, name, why, size);
 	if (r)
 		return r;
-	memcpy(host->manifest.device[host->manifest.devices++], device->name,
-	       sizeof(device->name));
+	memcpy(host->manifest.device[host->manifest.devices++], device->name, sizeof(device->name));
 	host->count++;
 	*out = device;
 	return 0;

@@ -55,8 +55,8 @@ int shm_host_clear(const char *runtime_directory, char *why, size_t size);
 gid_t shm_host_monitors(const struct shm_host *host);
 
 /* Add a device before publish. -EEXIST, -EINVAL (name), -errno. */
-int shm_host_add(struct shm_host *host, const char *name, struct shm_device **out,
-		 char *why, size_t size);
+int shm_host_add(struct shm_host *host, const char *name, struct shm_device **out, char *why,
+		 size_t size);
 
 /* Let clients find it: swap the `current` link. */
 int shm_host_publish(struct shm_host *host, char *why, size_t size);

@@ -116,8 +116,8 @@ static int open_report(struct shm_device *device, struct iox_error *error)
 	return r;
 }
 
-int shm_device_open(struct shm_device *device, struct shm_host *host, const char *name,
-		    char *why, size_t size)
+int shm_device_open(struct shm_device *device, struct shm_host *host, const char *name, char *why,
+		    size_t size)
 {
 	struct iox_error error = { "" };
 	int r;
@@ -140,8 +140,8 @@ int shm_device_open(struct shm_device *device, struct shm_host *host, const char
 	if (!r)
 		return 0;
 	shm_device_close(device);
-	return say(why, size, r, "device %s: cannot make its shared memory in %s: %s (%s)",
-		   name, host->root, strerror(-r), error.text);
+	return say(why, size, r, "device %s: cannot make its shared memory in %s: %s (%s)", name,
+		   host->root, strerror(-r), error.text);
 }
 
 void shm_device_close(struct shm_device *device)

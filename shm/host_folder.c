@@ -62,10 +62,9 @@ static int group_id(const char *group, gid_t *out, char *why, size_t size)
 /* Names that a daemon gives; "." and ".." are in every folder. */
 static bool is_ours(const char *name)
 {
-	static const char *const names[] = {
-		".", "..", "lock", "current", ".current", "control", "recorder", "recorder.died",
-		MIRROR_FOLDER, NULL
-	};
+	static const char *const names[] = { ".",           "..",      "lock",     "current",
+					     ".current",    "control", "recorder", "recorder.died",
+					     MIRROR_FOLDER, NULL };
 
 	for (size_t i = 0; names[i]; i++) {
 		if (!strcmp(name, names[i]))
@@ -115,8 +114,8 @@ static int give_to_group(struct shm_host *host, gid_t gid, char *why, size_t siz
 			   host->directory, (unsigned int)gid, strerror(errno));
 	if (fstat(host->directory_fd, &status) ||
 	    ((status.st_mode & 07777) != 02751 && fchmod(host->directory_fd, 02751)))
-		return say(why, size, -errno, "%s: mode cannot be set to 2751: %s",
-			   host->directory, strerror(errno));
+		return say(why, size, -errno, "%s: mode cannot be set to 2751: %s", host->directory,
+			   strerror(errno));
 	return 0;
 }
 
@@ -128,7 +127,8 @@ static int enter(struct shm_host *host, struct stat *status, char *why, size_t s
 	if (status->st_mode & S_IWOTH)
 		return say(why, size, -EPERM,
 			   "%s: everybody may write there; give the daemon a folder of its own, "
-			   "mode 2751", host->directory);
+			   "mode 2751",
+			   host->directory);
 	return 0;
 }
 
@@ -170,8 +170,10 @@ static int remove_name(const struct shm_host *host, const char *name, char *why,
 	if (!unlinkat(host->directory_fd, name, 0) || errno == ENOENT)
 		return 0;
 	if (errno == EISDIR)
-		return say(why, size, -EISDIR, "%s/%s: a folder, in the place of a file of "
-			   "pokeysd's; remove it", host->directory, name);
+		return say(why, size, -EISDIR,
+			   "%s/%s: a folder, in the place of a file of "
+			   "pokeysd's; remove it",
+			   host->directory, name);
 	return say(why, size, -errno, "%s/%s: cannot be removed: %s", host->directory, name,
 		   strerror(errno));
 }
@@ -202,12 +204,16 @@ static int remove_stale(const struct shm_host *host, int *left, char *why, size_
 	const int mirror = mirror_clear(host->directory_fd);
 
 	if (!r && mirror)
-		r = say(why, size, mirror, "%s/" MIRROR_FOLDER ": cannot be removed: %s; remove it "
-			"as root", host->directory, strerror(-mirror));
+		r = say(why, size, mirror,
+			"%s/" MIRROR_FOLDER ": cannot be removed: %s; remove it "
+			"as root",
+			host->directory, strerror(-mirror));
 	*left = runtime_remove_stale(host->directory_fd, NULL);
 	if (!r && *left && *left != -ENOTEMPTY)
-		say(why, size, 0, "%s: what is left there cannot be removed: %s; remove what is "
-		    "not %s/current as root", host->directory, strerror(-*left), host->directory);
+		say(why, size, 0,
+		    "%s: what is left there cannot be removed: %s; remove what is "
+		    "not %s/current as root",
+		    host->directory, strerror(-*left), host->directory);
 	return r;
 }
 
@@ -285,8 +291,7 @@ static void warn_of_disk(const struct shm_host *host, char *why, size_t size)
 
 	if (!*why && !fstatfs(host->directory_fd, &status) && status.f_type != TMPFS_MAGIC &&
 	    status.f_type != RAMFS_MAGIC)
-		say(why, size, 0,
-		    "%s is not on a tmpfs: publishing may wait for the disk",
+		say(why, size, 0, "%s is not on a tmpfs: publishing may wait for the disk",
 		    host->directory);
 }
 

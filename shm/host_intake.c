@@ -68,15 +68,13 @@ static const struct intake_kind *const kinds[SHM_INTAKES] = {
 	[SHM_INTAKE_WISH] = &wish_kind,
 };
 
-const char *shm_service_name(char name[SHM_SERVICE_NAME_MAX], const char *device,
-			     const char *image)
+const char *shm_service_name(char name[SHM_SERVICE_NAME_MAX], const char *device, const char *image)
 {
 	snprintf(name, SHM_SERVICE_NAME_MAX, "pokeys/%s/%s", device, image);
 	return name;
 }
 
-static int open_intake(struct shm_device *device, enum shm_intake which,
-		       struct iox_error *error)
+static int open_intake(struct shm_device *device, enum shm_intake which, struct iox_error *error)
 {
 	const struct intake_kind *kind = kinds[which];
 	const struct iox_node *node = device->host->node;

@@ -53,8 +53,9 @@ static int try_lock(struct shm_host *host, int create, char *why, size_t size)
 		return say(why, size, -EPROTO, "%s/lock: not a file; remove it", host->directory);
 	}
 	if (flock(fd, LOCK_EX | LOCK_NB)) {
-		r = errno == EWOULDBLOCK ? lock_busy(host, fd, why, size) :
-		    say(why, size, -errno, "%s/lock: %s", host->directory, strerror(errno));
+		r = errno == EWOULDBLOCK ?
+			    lock_busy(host, fd, why, size) :
+			    say(why, size, -errno, "%s/lock: %s", host->directory, strerror(errno));
 		close(fd);
 		return r;
 	}
@@ -83,8 +84,7 @@ int shm_lock_take(struct shm_host *host, int create, char *why, size_t size)
 	if (r < 0)
 		return r;
 	length = snprintf(text, sizeof(text), "%ld\n", (long)getpid());
-	if (ftruncate(host->lock_fd, 0) ||
-	    pwrite(host->lock_fd, text, (size_t)length, 0) != length)
+	if (ftruncate(host->lock_fd, 0) || pwrite(host->lock_fd, text, (size_t)length, 0) != length)
 		return say(why, size, -EIO, "%s/lock: cannot be written: %s", host->directory,
 			   strerror(errno));
 	return 0;

@@ -19,12 +19,12 @@ struct shm_device {
 	struct shm_host *host;
 	char name[POKEYS_SHM_NAME_MAX];
 	struct iox_state_writer *state;
-	const struct pokeys_state *newest;	/* the cell that was committed last */
+	const struct pokeys_state *newest; /* the cell that was committed last */
 	struct iox_diag_writer *diag;
 	struct iox_report_writer *report;
 	struct mirror mirror;
-	struct handover intake[SHM_INTAKES];	/* their readers, or NULL for a moment */
-	bool recycle;			/* the last commander died: its place is to be made anew */
+	struct handover intake[SHM_INTAKES]; /* their readers, or NULL for a moment */
+	bool recycle; /* the last commander died: its place is to be made anew */
 };
 
 struct shm_host {
@@ -33,12 +33,12 @@ struct shm_host {
 	char root[SHM_PATH_MAX];
 	int directory_fd;
 	int lock_fd;
-	int mirror_fd;			/* the mirror's folder */
+	int mirror_fd; /* the mirror's folder */
 	gid_t mirror_gid;
 	struct iox_node *node;
 	struct manifest manifest;
 	bool published;
-	bool unclear;			/* not all could be cleared */
+	bool unclear; /* not all could be cleared */
 	struct shm_device devices[SHM_DEVICES_MAX];
 	size_t count;
 };
@@ -58,8 +58,8 @@ int shm_root_guard(const struct shm_host *host);
 /* `create`: O_CREAT, or 0 = -ENOENT if there is none. 0, -EBUSY a daemon that lives has it. */
 int shm_lock_take(struct shm_host *host, int create, char *why, size_t size);
 
-int shm_device_open(struct shm_device *device, struct shm_host *host, const char *name,
-		    char *why, size_t size);
+int shm_device_open(struct shm_device *device, struct shm_host *host, const char *name, char *why,
+		    size_t size);
 void shm_device_close(struct shm_device *device);
 
 /* "pokeys/<device>/<image>", in `name`. */

@@ -24,7 +24,7 @@
 #include "shm/segments.h"
 
 enum {
-	MANIFEST_MAX = 256 * 1024,	/* 64 devices with 19 files each need 120 kB */
+	MANIFEST_MAX = 256 * 1024, /* 64 devices with 19 files each need 120 kB */
 	MANIFEST_PATH_MAX = SHM_PATH_MAX + sizeof(SHM_MANIFEST) + 2,
 };
 
@@ -98,7 +98,7 @@ int manifest_write(const char *root, const struct manifest *manifest)
 		close(fd);
 		return -ENOMEM;
 	}
-	fchmod(fd, 0640);	/* whatever the umask says, the root's group reads it */
+	fchmod(fd, 0640); /* whatever the umask says, the root's group reads it */
 	if (!stat(root, &status) && fchown(fd, (uid_t)-1, status.st_gid) && errno != EPERM) {
 		r = -errno;
 		fclose(file);
@@ -253,8 +253,8 @@ static int check_layout(const char *name, const struct manifest_layout *theirs,
 		return say(why, size, -EPROTONOSUPPORT,
 			   "the daemon speaks %s layout %u.%08x, this program %u.%08x; "
 			   "install daemon and program of one build",
-			   name, theirs->version, (unsigned int)(theirs->hash >> 32),
-			   ours->version, (unsigned int)(ours->hash >> 32));
+			   name, theirs->version, (unsigned int)(theirs->hash >> 32), ours->version,
+			   (unsigned int)(ours->hash >> 32));
 	return 0;
 }
 

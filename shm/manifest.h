@@ -22,9 +22,9 @@ struct manifest_layout {
 struct manifest {
 	long pid;
 	uint64_t epoch;
-	struct manifest_layout layout[POKEYS_SHM_IMAGES];	/* enum pokeys_shm_image */
+	struct manifest_layout layout[POKEYS_SHM_IMAGES]; /* enum pokeys_shm_image */
 	char iceoryx2[16];
-	char boot[40];		/* of the kernel: times of another boot mean nothing */
+	char boot[40]; /* of the kernel: times of another boot mean nothing */
 	char device[SHM_DEVICES_MAX][POKEYS_SHM_NAME_MAX];
 	size_t devices;
 };

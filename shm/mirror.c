@@ -38,8 +38,10 @@ static int give_folder(int fd, const char *runtime, bool must, gid_t *gid, char 
 
 	if (*gid == (gid_t)-1 || !fchown(fd, (uid_t)-1, *gid))
 		return 0;
-	r = say(why, size, -errno, "%s/" MIRROR_FOLDER ": cannot be given to group %u: %s; make "
-		"the daemon's user a member of it", runtime, (unsigned int)*gid, strerror(errno));
+	r = say(why, size, -errno,
+		"%s/" MIRROR_FOLDER ": cannot be given to group %u: %s; make "
+		"the daemon's user a member of it",
+		runtime, (unsigned int)*gid, strerror(errno));
 	*gid = (gid_t)-1;
 	return must ? r : 0;
 }
@@ -54,8 +56,10 @@ static int enter_folder(int runtime_fd, const char *runtime, bool must, gid_t *g
 	if (fd < 0)
 		return say(why, size, -errno, "%s/" MIRROR_FOLDER ": %s", runtime, strerror(errno));
 	if (fstat(fd, &status) || status.st_uid != geteuid())
-		r = say(why, size, -EPERM, "%s/" MIRROR_FOLDER ": belongs to another user; remove "
-			"it", runtime);
+		r = say(why, size, -EPERM,
+			"%s/" MIRROR_FOLDER ": belongs to another user; remove "
+			"it",
+			runtime);
 	else
 		r = give_folder(fd, runtime, must, gid, why, size);
 	/* not the set-group-id bit, which a hardened unit may not ask for: files are given */
@@ -96,16 +100,20 @@ static void lay_out(struct mirror_head *head, const struct manifest *ours)
 		const struct manifest_layout *layout = &ours->layout[images[i]];
 
 		head->part[i] = (struct mirror_part){
-			.hash = layout->hash, .version = layout->version,
-			.size = (uint32_t)layout->size, .counter = (uint32_t)at,
+			.hash = layout->hash,
+			.version = layout->version,
+			.size = (uint32_t)layout->size,
+			.counter = (uint32_t)at,
 			.cell = { (uint32_t)(at + MIRROR_ALIGN),
 				  (uint32_t)(at + MIRROR_ALIGN + aligned(layout->size)) },
 		};
 		at += MIRROR_ALIGN + 2 * aligned(layout->size);
 	}
 	head->events = (struct mirror_ring){
-		.counter = (uint32_t)at, .slot = (uint32_t)(at + MIRROR_ALIGN),
-		.slots = POKEYS_EVENTS_KEPT, .slot_size = sizeof(struct pokeys_event),
+		.counter = (uint32_t)at,
+		.slot = (uint32_t)(at + MIRROR_ALIGN),
+		.slots = POKEYS_EVENTS_KEPT,
+		.slot_size = sizeof(struct pokeys_event),
 	};
 	head->file_size = head->events.slot + POKEYS_EVENTS_KEPT * sizeof(struct pokeys_event);
 }
@@ -160,8 +168,11 @@ int mirror_make(struct mirror *mirror, int folder_fd, gid_t gid, const char *dev
 		unsigned int number, uint64_t epoch)
 {
 	struct mirror_head head = {
-		.magic = MIRROR_MAGIC, .version = MIRROR_VERSION, .head_size = sizeof(head),
-		.epoch = epoch, .number = number,
+		.magic = MIRROR_MAGIC,
+		.version = MIRROR_VERSION,
+		.head_size = sizeof(head),
+		.epoch = epoch,
+		.number = number,
 	};
 	char name[TEMPORARY_NAME_MAX];
 	struct manifest ours;
@@ -172,12 +183,10 @@ int mirror_make(struct mirror *mirror, int folder_fd, gid_t gid, const char *dev
 	memcpy(head.boot, ours.boot, sizeof(head.boot));
 	snprintf(head.device, sizeof(head.device), "%s", device);
 	lay_out(&head, &ours);
-	fd = make_file(folder_fd, gid, temporary(name, device), head.file_size,
-		       &mirror->inode);
+	fd = make_file(folder_fd, gid, temporary(name, device), head.file_size, &mirror->inode);
 	if (fd < 0)
 		return fd;
-	base = mmap(NULL, head.file_size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, fd,
-		    0);
+	base = mmap(NULL, head.file_size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, fd, 0);
 	close(fd);
 	if (base == MAP_FAILED) {
 		unlinkat(folder_fd, name, 0);
@@ -194,8 +203,10 @@ int mirror_publish(const struct mirror *mirror, size_t devices)
 	char name[TEMPORARY_NAME_MAX];
 
 	mirror->head->devices = (uint32_t)devices;
-	return renameat(mirror->folder_fd, temporary(name, mirror->head->device),
-			mirror->folder_fd, mirror->head->device) ? -errno : 0;
+	return renameat(mirror->folder_fd, temporary(name, mirror->head->device), mirror->folder_fd,
+			mirror->head->device) ?
+		       -errno :
+		       0;
 }
 
 void mirror_remove(struct mirror *mirror)
@@ -256,8 +267,9 @@ bool mirror_is_there(const struct mirror *mirror)
 {
 	struct stat status;
 
-	return !mirror->head || (!fstatat(mirror->folder_fd, mirror->head->device, &status,
-					  AT_SYMLINK_NOFOLLOW) && status.st_ino == mirror->inode);
+	return !mirror->head ||
+	       (!fstatat(mirror->folder_fd, mirror->head->device, &status, AT_SYMLINK_NOFOLLOW) &&
+		status.st_ino == mirror->inode);
 }
 
 void mirror_notify(struct mirror *mirror)

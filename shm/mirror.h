@@ -48,11 +48,11 @@ enum {
 enum mirror_image { MIRROR_STATE, MIRROR_DIAG, MIRROR_REPORT, MIRROR_IMAGES };
 
 struct mirror_part {
-	uint64_t hash;			/* of the layout */
+	uint64_t hash; /* of the layout */
 	uint32_t version;
-	uint32_t size;			/* of the image, bytes */
-	uint32_t counter;		/* where its counter is, bytes from the beginning */
-	uint32_t cell[2];		/* where its cells are; the newest is that of counter & 1 */
+	uint32_t size;    /* of the image, bytes */
+	uint32_t counter; /* where its counter is, bytes from the beginning */
+	uint32_t cell[2]; /* where its cells are; the newest is that of counter & 1 */
 	uint32_t reserved;
 };
 
@@ -61,26 +61,26 @@ struct mirror_part {
  * is whole.
  */
 struct mirror_ring {
-	uint32_t counter;		/* where the number of the newest is, bytes from the
-					 * beginning */
-	uint32_t slot;			/* where the slots are */
+	uint32_t counter; /* where the number of the newest is, bytes from the
+			   * beginning */
+	uint32_t slot;    /* where the slots are */
 	uint32_t slots, slot_size;
 };
 
 struct mirror_head {
 	uint64_t magic;
 	uint32_t version;
-	uint32_t head_size;		/* of this structure */
+	uint32_t head_size; /* of this structure */
 	uint64_t file_size;
-	uint64_t epoch;			/* state.epoch */
-	char boot[MIRROR_TEXT];		/* of the kernel: times of another boot mean nothing */
+	uint64_t epoch;         /* state.epoch */
+	char boot[MIRROR_TEXT]; /* of the kernel: times of another boot mean nothing */
 	char device[POKEYS_SHM_NAME_MAX];
-	uint32_t number, devices;	/* which of how many the daemon has, from 0 */
+	uint32_t number, devices; /* which of how many the daemon has, from 0 */
 	struct mirror_part part[MIRROR_IMAGES];
 	struct mirror_ring events;
 	/* by the control thread, now and then */
-	_Atomic uint32_t notices;	/* counts what pokeys_client_wait() ends for */
-	_Atomic int32_t commanders;	/* 0 or 1 */
+	_Atomic uint32_t notices;   /* counts what pokeys_client_wait() ends for */
+	_Atomic int32_t commanders; /* 0 or 1 */
 };
 _Static_assert(sizeof(struct mirror_head) % 8 == 0, "the layout is the same everywhere");
 
@@ -93,9 +93,9 @@ struct mirror_cells {
 };
 
 struct mirror {
-	struct mirror_head *head;	/* NULL = there is none */
+	struct mirror_head *head; /* NULL = there is none */
 	struct mirror_cells image[MIRROR_IMAGES];
-	int folder_fd;			/* the host's */
+	int folder_fd; /* the host's */
 	ino_t inode;
 };
 
@@ -137,11 +137,11 @@ void mirror_show_commanders(struct mirror *mirror, int commanders);
 /* ---- the reader's side: mirror_view.c */
 
 struct mirror_view {
-	const struct mirror_head *shared;	/* mapped; for what changes in it */
+	const struct mirror_head *shared; /* mapped; for what changes in it */
 	size_t size;
-	dev_t device;			/* which file it is */
+	dev_t device; /* which file it is */
 	ino_t inode;
-	struct mirror_head head;	/* as it was judged */
+	struct mirror_head head; /* as it was judged */
 };
 
 /*
@@ -149,8 +149,8 @@ struct mirror_view {
  * without this device; -EACCES; -EPROTONOSUPPORT other layouts; -EPROTO not such a file;
  * -errno; with one line in `why`. Cold.
  */
-int mirror_open(struct mirror_view *view, const char *runtime, const char *device,
-		char *why, size_t size);
+int mirror_open(struct mirror_view *view, const char *runtime, const char *device, char *why,
+		size_t size);
 void mirror_close(struct mirror_view *view);
 
 /* One line on what mirror_devices() has returned (0, -errno) and what to do. Returns it. Cold. */

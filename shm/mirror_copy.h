@@ -22,8 +22,7 @@ static inline void mirror_copy_in(void *cell, const void *from, size_t size)
 static inline void mirror_copy_out(void *to, const void *cell, size_t size)
 {
 	for (size_t i = 0; i < size / 8; i++)
-		((uint64_t *)to)[i] = __atomic_load_n((const uint64_t *)cell + i,
-						      __ATOMIC_RELAXED);
+		((uint64_t *)to)[i] = __atomic_load_n((const uint64_t *)cell + i, __ATOMIC_RELAXED);
 }
 #else
 static inline void mirror_copy_in(void *cell, const void *from, size_t size)

@@ -21,7 +21,7 @@
 #include "shm/say.h"
 
 enum {
-	TRIES = 1000,			/* a writer that floods is overtaken within a few */
+	TRIES = 1000, /* a writer that floods is overtaken within a few */
 	SIZE_MOST = 1 << 20,
 	SLOTS_MOST = 4096,
 	PATH_MOST = SHM_PATH_MAX + POKEYS_SHM_NAME_MAX,
@@ -37,8 +37,8 @@ struct header {
 static const struct header headers[MIRROR_IMAGES] = {
 	[MIRROR_STATE] = { POKEYS_STATE_MAGIC, POKEYS_STATE_VERSION,
 			   sizeof(struct pokeys_state) / 8, POKEYS_STATE_HASH },
-	[MIRROR_DIAG] = { POKEYS_DIAG_MAGIC, POKEYS_DIAG_VERSION,
-			  sizeof(struct pokeys_diag) / 8, POKEYS_DIAG_HASH },
+	[MIRROR_DIAG] = { POKEYS_DIAG_MAGIC, POKEYS_DIAG_VERSION, sizeof(struct pokeys_diag) / 8,
+			  POKEYS_DIAG_HASH },
 	[MIRROR_REPORT] = { POKEYS_REPORT_MAGIC, POKEYS_REPORT_VERSION,
 			    sizeof(struct pokeys_report) / 8, POKEYS_REPORT_HASH },
 };
@@ -79,7 +79,9 @@ static bool is_sound(const struct mirror_head *head, uint64_t file_size)
 static struct manifest_layout layout_of(const struct mirror_part *part)
 {
 	return (struct manifest_layout){
-		.version = part->version, .hash = part->hash, .size = part->size,
+		.version = part->version,
+		.hash = part->hash,
+		.size = part->size,
 	};
 }
 
@@ -111,21 +113,24 @@ static int read_head(int fd, struct stat *status, struct mirror_head *head)
 
 static int say_foreign(const char *path, char *why, size_t size)
 {
-	return say(why, size, -EPROTO, "%s: not a file that pokeysd made; remove it, then restart "
-		   "pokeysd", path);
+	return say(why, size, -EPROTO,
+		   "%s: not a file that pokeysd made; remove it, then restart "
+		   "pokeysd",
+		   path);
 }
 
-static int judge(int fd, const char *path, struct stat *status, struct mirror_head *head,
-		 char *why, size_t size)
+static int judge(int fd, const char *path, struct stat *status, struct mirror_head *head, char *why,
+		 size_t size)
 {
 	const int r = read_head(fd, status, head);
 
 	if (r == -EPROTO)
 		return say_foreign(path, why, size);
 	if (r == -EPROTONOSUPPORT)
-		return say(why, size, r, "the daemon speaks mirror version %u, this program %d; "
-			   "install daemon and program of one version", head->version,
-			   MIRROR_VERSION);
+		return say(why, size, r,
+			   "the daemon speaks mirror version %u, this program %d; "
+			   "install daemon and program of one version",
+			   head->version, MIRROR_VERSION);
 	return check_layouts(head, why, size);
 }
 
@@ -147,8 +152,10 @@ int mirror_explain(const char *runtime, int error, char *why, size_t size)
 	case -EACCES:
 		return runtime_denied(access(path, F_OK) ? runtime : path, why, size);
 	case -EPROTONOSUPPORT:
-		return say(why, size, error, "the daemon in %s is of another version, or somebody "
-			   "has removed its folder " MIRROR_FOLDER "; restart pokeysd", runtime);
+		return say(why, size, error,
+			   "the daemon in %s is of another version, or somebody "
+			   "has removed its folder " MIRROR_FOLDER "; restart pokeysd",
+			   runtime);
 	case -ENOENT:
 	case 0:
 		return say(why, size, error, "no daemon in %s; is pokeysd running?", runtime);
@@ -175,8 +182,8 @@ static int explain(const char *runtime, const char *device, int error, char *why
 	return mirror_explain(runtime, known ? known : -ENOENT, why, size);
 }
 
-int mirror_open(struct mirror_view *view, const char *runtime, const char *device,
-		char *why, size_t size)
+int mirror_open(struct mirror_view *view, const char *runtime, const char *device, char *why,
+		size_t size)
 {
 	struct mirror_head head;
 	char path[PATH_MOST];
@@ -198,8 +205,11 @@ int mirror_open(struct mirror_view *view, const char *runtime, const char *devic
 	if (base == MAP_FAILED)
 		return say(why, size, -errno, "%s: cannot be mapped: %s", path, strerror(errno));
 	*view = (struct mirror_view){
-		.shared = base, .size = (size_t)status.st_size, .device = status.st_dev,
-		.inode = status.st_ino, .head = head,
+		.shared = base,
+		.size = (size_t)status.st_size,
+		.device = status.st_dev,
+		.inode = status.st_ino,
+		.head = head,
 	};
 	return 0;
 }
@@ -214,8 +224,8 @@ bool mirror_is_current(const struct mirror_view *view, const char *runtime, cons
 	char path[PATH_MOST];
 	struct stat status;
 
-	return !lstat(file_path(path, runtime, device), &status) &&
-	       status.st_dev == view->device && status.st_ino == view->inode;
+	return !lstat(file_path(path, runtime, device), &status) && status.st_dev == view->device &&
+	       status.st_ino == view->inode;
 }
 
 static bool copy_newest(const struct mirror_view *view, const struct mirror_part *part, void *to)
@@ -315,7 +325,9 @@ static int take_name(int folder_fd, const char *name, struct named *named)
 	r = read_head(fd, &status, &head);
 	close(fd);
 	*named = (struct named){
-		.number = head.number, .devices = head.devices, .epoch = head.epoch,
+		.number = head.number,
+		.devices = head.devices,
+		.epoch = head.epoch,
 	};
 	snprintf(named->name, sizeof(named->name), "%.31s", name);
 	return r ? r : 1;

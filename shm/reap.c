@@ -23,10 +23,10 @@
 #include "shm/runtime.h"
 
 enum {
-	ID_MAX = 40,			/* 128 bits in decimal, and a NUL */
+	ID_MAX = 40, /* 128 bits in decimal, and a NUL */
 	NAME_MAX_HERE = 80,
-	DEAD_MAX = 64,			/* at once; the others wait */
-	COMPLETE = 0444,		/* the mode of a node's last file, when it is made */
+	DEAD_MAX = 64,   /* at once; the others wait */
+	COMPLETE = 0444, /* the mode of a node's last file, when it is made */
 };
 
 #define PREFIX	"p"
@@ -62,8 +62,8 @@ static bool may_be_locked(int nodes_fd, const char *name)
 
 	if (fd < 0)
 		return errno != ENOENT && errno != ELOOP && errno != ENXIO;
-	locked = fstat(fd, &status) || (S_ISREG(status.st_mode) &&
-					(fcntl(fd, F_GETLK, &lock) || lock.l_type != F_UNLCK));
+	locked = fstat(fd, &status) ||
+		 (S_ISREG(status.st_mode) && (fcntl(fd, F_GETLK, &lock) || lock.l_type != F_UNLCK));
 	close(fd);
 	return locked;
 }

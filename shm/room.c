@@ -41,13 +41,16 @@ int room_check(const char *folder, uint64_t bytes, int files, char *why, size_t 
 		return say(why, size, -errno, "%s: %s", folder, strerror(errno));
 	r = try_files(fd, files);
 	if (r)
-		say(why, size, r, "%s: %d more files must be open at once: %s; raise the limit "
-		    "(ulimit -n, LimitNOFILE= in a unit)", folder, files, strerror(-r));
+		say(why, size, r,
+		    "%s: %d more files must be open at once: %s; raise the limit "
+		    "(ulimit -n, LimitNOFILE= in a unit)",
+		    folder, files, strerror(-r));
 	if (!r && !fstatvfs(fd, &status) && status.f_blocks) {
 		there = (uint64_t)status.f_bavail * status.f_frsize;
 		if (there < bytes)
-			r = say(why, size, -ENOSPC, "%s: %" PRIu64 " kB free, %" PRIu64
-				" are needed", folder, there / 1024, bytes / 1024);
+			r = say(why, size, -ENOSPC,
+				"%s: %" PRIu64 " kB free, %" PRIu64 " are needed", folder,
+				there / 1024, bytes / 1024);
 	}
 	close(fd);
 	return r;

@@ -36,8 +36,8 @@ enum {
 	REMOVE_TRIES = 16,
 	SOCKET_TAIL = sizeof("/control"),
 };
-_Static_assert(SHM_DIRECTORY_MAX - 1 + SOCKET_TAIL <=
-	       sizeof(((struct sockaddr_un *)0)->sun_path), "sockets would not fit");
+_Static_assert(SHM_DIRECTORY_MAX - 1 + SOCKET_TAIL <= sizeof(((struct sockaddr_un *)0)->sun_path),
+	       "sockets would not fit");
 
 bool runtime_device_name_ok(const char *name)
 {
@@ -63,8 +63,8 @@ int runtime_check_directory(const char *directory, char *why, size_t size)
 	size_t length = strlen(directory);
 
 	if (directory[0] != '/')
-		return say(why, size, -EINVAL,
-			   "runtime folder '%.80s': give an absolute path", directory);
+		return say(why, size, -EINVAL, "runtime folder '%.80s': give an absolute path",
+			   directory);
 	if (length >= SHM_DIRECTORY_MAX)
 		return say(why, size, -ENAMETOOLONG,
 			   "runtime folder '%.40s...': its path has %zu characters, at most %d fit "
@@ -82,15 +82,19 @@ int runtime_denied(const char *path, char *why, size_t size)
 	if (stat(path, &st))
 		return say(why, size, -EACCES, "%s: permission denied", path);
 	if (!st.st_gid || !(st.st_mode & (S_ISDIR(st.st_mode) ? S_IXGRP : S_IRGRP)))
-		return say(why, size, -EACCES, "%s: permission denied; only its owner may %s, "
-			   "until pokeysd.conf names a group (group = ...)", path,
-			   S_ISDIR(st.st_mode) ? "enter" : "read it");
+		return say(why, size, -EACCES,
+			   "%s: permission denied; only its owner may %s, "
+			   "until pokeysd.conf names a group (group = ...)",
+			   path, S_ISDIR(st.st_mode) ? "enter" : "read it");
 	if (getgrgid_r(st.st_gid, &group, names, sizeof(names), &known) || !known)
-		return say(why, size, -EACCES, "%s: permission denied; this user must be in "
-			   "group %u", path, (unsigned int)st.st_gid);
-	return say(why, size, -EACCES, "%s: permission denied; this user must be in group %s "
-		   "(sudo adduser USER %s, then log in again)", path, group.gr_name,
-		   group.gr_name);
+		return say(why, size, -EACCES,
+			   "%s: permission denied; this user must be in "
+			   "group %u",
+			   path, (unsigned int)st.st_gid);
+	return say(why, size, -EACCES,
+		   "%s: permission denied; this user must be in group %s "
+		   "(sudo adduser USER %s, then log in again)",
+		   path, group.gr_name, group.gr_name);
 }
 
 int runtime_current(const char *directory, char name[SHM_ROOT_NAME_MAX])
@@ -142,8 +146,10 @@ int runtime_check_root(const char *directory, const char *root, char *why, size_
 		return 0;
 	if (access(services, F_OK) && errno == ENOENT)
 		return -ENOENT;
-	return say(why, size, -EPERM, "%s: others than pokeysd may put files there; restart "
-		   "pokeysd", root);
+	return say(why, size, -EPERM,
+		   "%s: others than pokeysd may put files there; restart "
+		   "pokeysd",
+		   root);
 }
 
 int runtime_set_current(const char *directory, const char *name)
@@ -239,8 +245,7 @@ int runtime_remove_stale(int directory_fd, const char *keep)
 		return -ENOMEM;
 	}
 	while ((entry = readdir(folder))) {
-		if (!runtime_root_name_ok(entry->d_name) ||
-		    (keep && !strcmp(entry->d_name, keep)))
+		if (!runtime_root_name_ok(entry->d_name) || (keep && !strcmp(entry->d_name, keep)))
 			continue;
 		r = runtime_remove_tree(directory_fd, entry->d_name);
 		if (r)

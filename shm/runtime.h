@@ -12,9 +12,9 @@
 #include <pokeys/shm.h>
 
 enum {
-	SHM_DIRECTORY_MAX = 50,		/* runtime folder with its NUL, see runtime.c */
-	SHM_PATH_MAX = 128,		/* a path in or below it */
-	SHM_ROOT_NAME_MAX = 24,		/* "e." and a hexadecimal number */
+	SHM_DIRECTORY_MAX = 50, /* runtime folder with its NUL, see runtime.c */
+	SHM_PATH_MAX = 128,     /* a path in or below it */
+	SHM_ROOT_NAME_MAX = 24, /* "e." and a hexadecimal number */
 	SHM_DEVICES_MAX = 64,
 };
 

@@ -8,7 +8,9 @@
 #include <stdio.h>
 
 /* Write the line (if there is room for one) and hand `code` through. */
-__attribute__((format(printf, 4, 5)))
+static inline int say(char *why, size_t size, int code, const char *format, ...)
+	__attribute__((format(printf, 4, 5)));
+
 static inline int say(char *why, size_t size, int code, const char *format, ...)
 {
 	va_list arguments;

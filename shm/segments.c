@@ -37,7 +37,7 @@ static int allocate(int folder_fd, const char *name, off_t bytes)
 	int r = 0;
 
 	if (fd < 0)
-		return errno == EACCES ? 0 : -errno;	/* read-only: written, not sparse */
+		return errno == EACCES ? 0 : -errno; /* read-only: written, not sparse */
 	if (fallocate(fd, 0, 0, bytes) && errno != EOPNOTSUPP)
 		r = -errno;
 	close(fd);
@@ -89,6 +89,7 @@ int segment_check(const char *root, const char *name, uint64_t bytes, char *why,
 	if ((uint64_t)status.st_size != bytes)
 		return say(why, size, -EBADMSG,
 			   "%s has %" PRIu64 " bytes, pokeysd made it %" PRIu64 " long; "
-			   "restart pokeysd", path, (uint64_t)status.st_size, bytes);
+			   "restart pokeysd",
+			   path, (uint64_t)status.st_size, bytes);
 	return 0;
 }

@@ -25,7 +25,8 @@ static uint64_t commander_news(const struct pokeys_client *client)
 
 	iox_state_read(attached(&client->state), &state);
 	return (iox_diag_count(attached(&client->diag)) +
-		iox_report_count(attached(&client->report))) << 16 |
+		iox_report_count(attached(&client->report)))
+		       << 16 |
 	       (uint64_t)state.link << 8 | state.fault;
 }
 

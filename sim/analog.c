@@ -43,15 +43,13 @@ uint16_t sim_analog_value(const struct sim_device *dev, unsigned int input)
 
 	if (input >= SIM_ANALOGS || !(dev->config.pins.function[pin] & SIM_PIN_ANALOG_IN))
 		return 0;
-	value = dev->config.analog_filter ? dev->analog.filtered[input] :
-					    source_value(dev, input);
+	value = dev->config.analog_filter ? dev->analog.filtered[input] : source_value(dev, input);
 	return (uint16_t)lrint(fmin(value, SIM_ANALOG_MAX));
 }
 
 static uint16_t by_pin(const struct sim_device *dev, unsigned int pin)
 {
-	return pin < SIM_FIRST_ANALOG_PIN ? 0 :
-					    sim_analog_value(dev, pin - SIM_FIRST_ANALOG_PIN);
+	return pin < SIM_FIRST_ANALOG_PIN ? 0 : sim_analog_value(dev, pin - SIM_FIRST_ANALOG_PIN);
 }
 
 SIM_HANDLER(sim_do_analog_one)

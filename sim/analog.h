@@ -18,7 +18,7 @@ struct sim_analog {
 struct sim_source {
 	uint16_t low;
 	uint16_t high;
-	uint32_t period_ms;	/* 0: `low` all the time */
+	uint32_t period_ms; /* 0: `low` all the time */
 };
 
 struct sim_device;

@@ -10,8 +10,7 @@ void sim_bench_pin(struct sim_device *dev, unsigned int pin, unsigned int level)
 {
 	uint64_t bit = UINT64_C(1) << pin;
 
-	dev->bench.pins.level = level ? dev->bench.pins.level | bit :
-					dev->bench.pins.level & ~bit;
+	dev->bench.pins.level = level ? dev->bench.pins.level | bit : dev->bench.pins.level & ~bit;
 	sim_pins_settle(dev);
 }
 

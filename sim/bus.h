@@ -38,7 +38,7 @@ struct sim_bus_config {
 /* One operation which is started, takes its time, and is then fetched. */
 struct sim_transfer {
 	uint64_t ready_ns;
-	uint8_t result;		/* 1 done, 0 failed; what stands here until then is "busy" */
+	uint8_t result; /* 1 done, 0 failed; what stands here until then is "busy" */
 	bool started;
 	uint8_t length;
 	uint8_t data[SIM_I2C_MAX];
@@ -50,7 +50,7 @@ struct sim_modules {
 	struct sim_transfer data;
 	struct sim_transfer light;
 	struct sim_transfer check;
-	uint8_t out[SIM_MODULES][SIM_MODULE_BYTES];	/* last 0x55: LEDs */
+	uint8_t out[SIM_MODULES][SIM_MODULE_BYTES]; /* last 0x55: LEDs */
 	uint8_t pwm[SIM_MODULES];
 };
 
@@ -69,7 +69,7 @@ struct sim_can {
 	uint32_t filter_id[SIM_CAN_FILTERS];
 	uint8_t head;
 	uint8_t used;
-	uint8_t queue_id;	/* of the message at head */
+	uint8_t queue_id; /* of the message at head */
 	uint8_t message[SIM_CAN_MESSAGES][SIM_CAN_BYTES];
 };
 
@@ -91,7 +91,7 @@ struct sim_bus {
 	uint8_t spi_data[55];
 	struct sim_uart uart[SIM_UARTS];
 	struct sim_can can;
-	uint16_t strip_count;		/* 0x4B; no command reads it back */
+	uint16_t strip_count; /* 0x4B; no command reads it back */
 	uint8_t strip_refresh;
 	uint8_t strip[SIM_STRIP_LEDS][3];
 };
@@ -104,17 +104,17 @@ struct sim_module {
 	uint8_t size;
 	uint8_t version;
 	uint8_t light;
-	uint8_t status;		/* of its data, 0 good */
+	uint8_t status; /* of its data, 0 good */
 	uint8_t in[SIM_MODULE_BYTES];
 };
 
 struct sim_bus_bench {
 	struct sim_module module[SIM_MODULES];
-	uint8_t memory[256];		/* I2C, at SIM_I2C_MEMORY */
+	uint8_t memory[256]; /* I2C, at SIM_I2C_MEMORY */
 	bool memory_present;
-	uint8_t rom[8];			/* 1-Wire thermometer */
+	uint8_t rom[8]; /* 1-Wire thermometer */
 	bool thermometer_present;
-	int16_t temperature;		/* in 1/16 degree */
+	int16_t temperature; /* in 1/16 degree */
 	int32_t sensor[SIM_SENSORS];
 	bool sensor_ok[SIM_SENSORS];
 };

@@ -29,8 +29,7 @@ static void receive(struct sim_can *can, const uint8_t *message)
 {
 	if (!can->bitrate || !passes(can, message) || can->used == SIM_CAN_MESSAGES)
 		return;
-	memcpy(can->message[(can->head + can->used++) % SIM_CAN_MESSAGES], message,
-	       SIM_CAN_BYTES);
+	memcpy(can->message[(can->head + can->used++) % SIM_CAN_MESSAGES], message, SIM_CAN_BYTES);
 }
 
 static void drop_first(struct sim_can *can)
@@ -58,8 +57,8 @@ static void read_queue(struct sim_can *can, uint8_t confirmed, uint8_t *rp)
 	confirm(can, confirmed);
 	most = can->used < most ? can->used : most;
 	for (unsigned int i = 0; i < most; i++)
-		memcpy(rp + 8 + SIM_CAN_BYTES * i,
-		       can->message[(can->head + i) % SIM_CAN_MESSAGES], SIM_CAN_BYTES);
+		memcpy(rp + 8 + SIM_CAN_BYTES * i, can->message[(can->head + i) % SIM_CAN_MESSAGES],
+		       SIM_CAN_BYTES);
 	rp[P2] = (uint8_t)most;
 	last = can->queue_id + most - 1;
 	rp[P3] = most ? (uint8_t)(last > 254 ? last - 254 : last) : 0xFF;

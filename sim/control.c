@@ -11,17 +11,14 @@
 #include <string.h>
 
 static const struct sim_command *const tables[] = {
-	sim_commands_io,
-	sim_commands_motion,
-	sim_commands_bus,
-	sim_commands_system,
-	sim_commands_field,
+	sim_commands_io,     sim_commands_motion, sim_commands_bus,
+	sim_commands_system, sim_commands_field,
 };
 
 #define TABLES (sizeof(tables) / sizeof(tables[0]))
 
-bool sim_order_integer(struct sim_order *order, int i, const char *what, int64_t low,
-		       int64_t high, int64_t *value)
+bool sim_order_integer(struct sim_order *order, int i, const char *what, int64_t low, int64_t high,
+		       int64_t *value)
 {
 	return sim_parse_integer(order->why, what, order->word[i], low, high, value);
 }
@@ -91,8 +88,7 @@ static size_t reserve(struct sim_text *out, size_t bytes)
 	return size;
 }
 
-bool sim_control_run(struct sim_control *control, uint64_t now_ns, char *line,
-		     struct sim_text *out)
+bool sim_control_run(struct sim_control *control, uint64_t now_ns, char *line, struct sim_text *out)
 {
 	struct sim_order order = {
 		.control = control,

@@ -22,7 +22,7 @@
 struct sim_control {
 	struct sim_rig *rig;
 	uint64_t now_ns;
-	bool exit;		/* "exit" was asked for */
+	bool exit; /* "exit" was asked for */
 };
 
 /*

@@ -60,8 +60,8 @@ static bool do_module(struct sim_order *order)
 	if (!sim_order_integer(order, 0, "module", 0, SIM_MODULES - 1, &number) ||
 	    !sim_order_choice(order, 1, "state", "off|on", &there))
 		return false;
-	if (order->word[2] && (!sim_order_integer(order, 2, "light", 0, 255, &light) ||
-			       !sim_order_no_more(order, 3)))
+	if (order->word[2] &&
+	    (!sim_order_integer(order, 2, "light", 0, 255, &light) || !sim_order_no_more(order, 3)))
 		return false;
 	module = &order->dev->bench.bus.module[number];
 	module->present = there;
@@ -82,8 +82,8 @@ static bool do_sensor(struct sim_order *order)
 	if (!sim_order_integer(order, 0, "sensor", 0, SIM_SENSORS - 1, &number) ||
 	    !sim_order_integer(order, 1, "value", INT32_MIN, INT32_MAX, &value))
 		return false;
-	if (order->word[2] && (!sim_order_choice(order, 2, "state", "bad|ok", &good) ||
-			       !sim_order_no_more(order, 3)))
+	if (order->word[2] &&
+	    (!sim_order_choice(order, 2, "state", "bad|ok", &good) || !sim_order_no_more(order, 3)))
 		return false;
 	bench->sensor[number] = (int32_t)value;
 	bench->sensor_ok[number] = good;

@@ -17,19 +17,19 @@
 #include "sim/engine_part.h"
 
 enum kind {
-	BYTES,		/* uint8_t */
-	WORDS,		/* uint32_t */
-	INTEGERS,	/* int32_t */
-	LONGS,		/* int64_t */
-	HALVES,		/* uint16_t */
+	BYTES,    /* uint8_t */
+	WORDS,    /* uint32_t */
+	INTEGERS, /* int32_t */
+	LONGS,    /* int64_t */
+	HALVES,   /* uint16_t */
 };
 
 struct field {
 	const char *name;
 	enum kind kind;
-	uint16_t count;		/* values in a row */
-	uint16_t rows;		/* 0: one without a number */
-	uint32_t stride;	/* from row to row, bytes */
+	uint16_t count;  /* values in a row */
+	uint16_t rows;   /* 0: one without a number */
+	uint32_t stride; /* from row to row, bytes */
 	size_t at;
 };
 
@@ -237,8 +237,7 @@ static void take(struct sim_device *dev, const struct field *field)
 static bool do_field(struct sim_order *order)
 {
 	static const int64_t low[] = { 0, 0, INT32_MIN, INT64_MIN, 0 };
-	static const int64_t high[] = { UINT8_MAX, UINT32_MAX, INT32_MAX, INT64_MAX,
-				      UINT16_MAX };
+	static const int64_t high[] = { UINT8_MAX, UINT32_MAX, INT32_MAX, INT64_MAX, UINT16_MAX };
 	const struct field *field;
 	int64_t index, value;
 	unsigned int places;

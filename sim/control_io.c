@@ -42,8 +42,7 @@ static bool do_wire(struct sim_order *order)
 {
 	unsigned int from, to;
 
-	if (!pin_word(order, 0, &from) || !pin_word(order, 1, &to) ||
-	    !sim_order_no_more(order, 2))
+	if (!pin_word(order, 0, &from) || !pin_word(order, 1, &to) || !sim_order_no_more(order, 2))
 		return false;
 	sim_bench_wire(order->dev, from, to);
 	return true;
@@ -147,8 +146,7 @@ static bool do_encoder(struct sim_order *order)
 		else
 			order->dev->bench.shaft[k].index_every = n;
 	}
-	sim_text_add(order->out, "count=%d\nshaft=%lld\n",
-		     (int32_t)order->dev->encoders.raw[k],
+	sim_text_add(order->out, "count=%d\nshaft=%lld\n", (int32_t)order->dev->encoders.raw[k],
 		     (long long)order->dev->bench.shaft[k].position);
 	return true;
 }
@@ -175,16 +173,18 @@ static bool do_spindle(struct sim_order *order)
 
 	if (order->word[0]) {
 		if (!sim_order_integer(order, 0, "rpm", -100000, 100000, &rpm) ||
-		    (order->word[1] && !sim_order_integer(order, 1, "steps of a turn", 4,
-							  1000000, &steps)) ||
+		    (order->word[1] &&
+		     !sim_order_integer(order, 1, "steps of a turn", 4, 1000000, &steps)) ||
 		    !sim_order_no_more(order, 2))
 			return false;
 		sim_bench_spindle(order->dev, rpm, steps);
 	}
-	sim_text_add(order->out, "rpm=%lld\nsteps=%lld\nindexes=%u\nthreading=%s\n"
+	sim_text_add(order->out,
+		     "rpm=%lld\nsteps=%lld\nindexes=%u\nthreading=%s\n"
 		     "played=%.3f\ndry=%llu\nignored=%llu\n",
-		     shaft->index_every ? llround(60.0 * (double)shaft->rate /
-						  (double)shaft->index_every) : 0,
+		     shaft->index_every ?
+			     llround(60.0 * (double)shaft->rate / (double)shaft->index_every) :
+			     0,
 		     (long long)shaft->index_every, thread->index_count, states[thread->state],
 		     thread->played, (unsigned long long)thread->dry,
 		     (unsigned long long)thread->ignored);
@@ -208,8 +208,7 @@ static bool do_analog(struct sim_order *order)
 		if (!sim_order_integer(order, at++, "value", 0, SIM_ANALOG_MAX, &low))
 			return false;
 		if (wave && (!sim_order_integer(order, at++, "high", 0, SIM_ANALOG_MAX, &high) ||
-			     !sim_order_integer(order, at++, "period in ms", 2, 3600000,
-						&period)))
+			     !sim_order_integer(order, at++, "period in ms", 2, 3600000, &period)))
 			return false;
 		if (!sim_order_no_more(order, at))
 			return false;
@@ -219,8 +218,7 @@ static bool do_analog(struct sim_order *order)
 		order->dev->bench.analog[pin - SIM_FIRST_ANALOG_PIN - 1] = source;
 	}
 	sim_text_add(order->out, "value=%u\n",
-		     sim_analog_value(order->dev,
-				      (unsigned int)pin - SIM_FIRST_ANALOG_PIN - 1));
+		     sim_analog_value(order->dev, (unsigned int)pin - SIM_FIRST_ANALOG_PIN - 1));
 	return true;
 }
 
@@ -275,7 +273,7 @@ static bool change_oven(struct sim_order *order, unsigned int input)
 		return fit_oven(order, input, word);
 	if (!oven->fitted) {
 		sim_text_add(order->why, "nothing is fitted to this pin; fit a hotend or a bed "
-			     "first");
+					 "first");
 		return false;
 	}
 	if (word < 9)
@@ -294,8 +292,7 @@ static bool do_heat(struct sim_order *order)
 	if (!sim_order_integer(order, 0, "pin", SIM_FIRST_ANALOG_PIN + 1,
 			       SIM_FIRST_ANALOG_PIN + SIM_ANALOGS, &pin))
 		return false;
-	if (order->word[1] &&
-	    !change_oven(order, (unsigned int)pin - SIM_FIRST_ANALOG_PIN - 1))
+	if (order->word[1] && !change_oven(order, (unsigned int)pin - SIM_FIRST_ANALOG_PIN - 1))
 		return false;
 	oven = &order->dev->bench.oven[pin - SIM_FIRST_ANALOG_PIN - 1];
 	if (!oven->fitted) {
@@ -304,8 +301,7 @@ static bool do_heat(struct sim_order *order)
 	}
 	sim_text_add(order->out, "fitted=1\nblock=%.1f\nsensor=%.1f\npower=%.3f\n",
 		     oven->heat.block, oven->heat.sensor,
-		     sim_oven_power(order->dev,
-				    (unsigned int)pin - SIM_FIRST_ANALOG_PIN - 1));
+		     sim_oven_power(order->dev, (unsigned int)pin - SIM_FIRST_ANALOG_PIN - 1));
 	return true;
 }
 
@@ -375,7 +371,8 @@ const struct sim_command sim_commands_io[] = {
 	{ "spindle", "[RPM [STEPS]]",
 	  "turn the spindle, with an index every STEPS quadrature steps (4096)", do_spindle },
 	{ "analog", "PIN [VALUE | wave LOW HIGH PERIOD_MS]", "0..4095 at pin 41..47", do_analog },
-	{ "heat", "PIN [hotend|bed pwm|pin N | none | good|open|short|stuck|drift MK|out"
+	{ "heat",
+	  "PIN [hotend|bed pwm|pin N | none | good|open|short|stuck|drift MK|out"
 	  " | fan 0|1]",
 	  "a heated block with its sensor at pin 41..47", do_heat },
 	{ "pwm", "", "PWM channels", do_pwm },

@@ -205,8 +205,8 @@ static bool change_motor(struct sim_order *order, unsigned int encoder)
 	unsigned int word;
 	int64_t torque;
 
-	if (!sim_order_choice(order, 1, "change", MOTOR_KINDS "|" MOTOR_STATES "|push|"
-			      MOTOR_SWITCHES, &word))
+	if (!sim_order_choice(order, 1, "change",
+			      MOTOR_KINDS "|" MOTOR_STATES "|push|" MOTOR_SWITCHES, &word))
 		return false;
 	if (word < 3)
 		return fit_motor(order, encoder, (enum sim_servo_kind)word);
@@ -320,8 +320,7 @@ static bool bit_command(struct sim_order *order, const char *what, int64_t low, 
 
 static bool do_driver_error(struct sim_order *order)
 {
-	return bit_command(order, "axis", 0, SIM_AXES - 1,
-			   &order->dev->bench.machine.driver_error);
+	return bit_command(order, "axis", 0, SIM_AXES - 1, &order->dev->bench.machine.driver_error);
 }
 
 static bool do_input(struct sim_order *order)
@@ -382,7 +381,8 @@ const struct sim_command sim_commands_motion[] = {
 	  "show an axis; put its machine somewhere; fasten an encoder to it", do_axis },
 	{ "switch", "A minus|plus|home off | FROM TO [nc|no] [PIN]",
 	  "a switch of the machine, actuated from FROM to TO", do_switch },
-	{ "motor", "K [sign CHANNEL PIN [PIN] | antiphase CHANNEL PIN | two-pwm CHANNEL CHANNEL"
+	{ "motor",
+	  "K [sign CHANNEL PIN [PIN] | antiphase CHANNEL PIN | two-pwm CHANNEL CHANNEL"
 	  " [PIN] | none | good|stalled|reversed|silent|cut | push MNM | minus|plus|home off"
 	  " | minus|plus|home FROM TO [nc|no] PIN]",
 	  "a motor that turns encoder K, enabled by the last PIN; its switches", do_motor },

@@ -14,8 +14,8 @@ struct sim_order {
 	struct sim_rig *rig;
 	struct sim_device *dev;
 	char *word[SIM_CONTROL_WORDS + 1];
-	struct sim_text *out;	/* lines of the reply */
-	struct sim_text *why;	/* the reason, when refused */
+	struct sim_text *out; /* lines of the reply */
+	struct sim_text *why; /* the reason, when refused */
 };
 
 struct sim_command {
@@ -33,8 +33,8 @@ extern const struct sim_command sim_commands_system[];
 extern const struct sim_command sim_commands_field[];
 
 /* Word i as a number; adds the reason to order->why. */
-bool sim_order_integer(struct sim_order *order, int i, const char *what, int64_t low,
-		       int64_t high, int64_t *value);
+bool sim_order_integer(struct sim_order *order, int i, const char *what, int64_t low, int64_t high,
+		       int64_t *value);
 bool sim_order_choice(struct sim_order *order, int i, const char *what, const char *choices,
 		      unsigned int *value);
 

@@ -63,9 +63,9 @@ static bool do_silence(struct sim_order *order)
 
 	if (!sim_order_integer(order, 0, "ms", 0, 86400000, &ms))
 		return false;
-	if (order->word[1] && (!sim_order_choice(order, 1, "direction", "request|reply|both",
-						 &which) ||
-			       !sim_order_no_more(order, 2)))
+	if (order->word[1] &&
+	    (!sim_order_choice(order, 1, "direction", "request|reply|both", &which) ||
+	     !sim_order_no_more(order, 2)))
 		return false;
 	for (unsigned int dir = 0; dir < SIM_LINK_DIRS; dir++) {
 		if (which == 2 || which == dir)

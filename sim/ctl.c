@@ -80,7 +80,8 @@ int sim_ctl(int argc, char **argv)
 
 	if (argc < 2 || !*argv[0] || !*argv[1]) {
 		fputs("pokeys-sim: --ctl needs a socket and a command; pokeys-sim --help lists "
-		      "them\n", stderr);
+		      "them\n",
+		      stderr);
 		return EX_USAGE;
 	}
 	sim_text_init(&text, line, sizeof(line) - 1);
@@ -89,8 +90,10 @@ int sim_ctl(int argc, char **argv)
 	line[text.used] = '\n';
 	fd = open_socket(argv[0]);
 	if (fd < 0) {
-		fprintf(stderr, "pokeys-sim: %s: %s; give the socket that a simulator was "
-			"started with (--control)\n", argv[0], strerror(-fd));
+		fprintf(stderr,
+			"pokeys-sim: %s: %s; give the socket that a simulator was "
+			"started with (--control)\n",
+			argv[0], strerror(-fd));
 		return 2;
 	}
 	if (send(fd, line, text.used + 1, MSG_NOSIGNAL) < 0) {

@@ -38,24 +38,24 @@
 
 /* What the sources leave open (protocol section 8). Zero is the default. */
 struct sim_choices {
-	bool drop_unknown;	/* no reply to an unknown operation, instead of an empty one */
-	bool enforce_security;	/* locked (0xE1 level > 0): only reads are answered */
-	bool echo_synced;	/* 0x0A and 0x0B do not tell: a read is answered by itself */
-	bool count_free;	/* status @58 counts free slots, not all (section 8) */
-	uint8_t axis_khz;	/* status @57; 0 is what the generator makes, 125 or 25 */
-	uint8_t emergency_base;	/* 0x06 holds base + 1-based pin; 0 is taken as 10 */
+	bool drop_unknown;      /* no reply to an unknown operation, instead of an empty one */
+	bool enforce_security;  /* locked (0xE1 level > 0): only reads are answered */
+	bool echo_synced;       /* 0x0A and 0x0B do not tell: a read is answered by itself */
+	bool count_free;        /* status @58 counts free slots, not all (section 8) */
+	uint8_t axis_khz;       /* status @57; 0 is what the generator makes, 125 or 25 */
+	uint8_t emergency_base; /* 0x06 holds base + 1-based pin; 0 is taken as 10 */
 };
 
 struct sim_device_options {
-	uint8_t hardware;		/* enum wire_hardware; 0 is taken as WIRE_HW_57CNC */
-	uint32_t serial;		/* 0 is taken as 65432 */
-	uint8_t firmware_major;		/* coded, 0x37 = 4.7; 0 is taken as 0x37 */
-	uint8_t firmware_revision;	/* both 0 are taken as 4.7.15 */
+	uint8_t hardware;          /* enum wire_hardware; 0 is taken as WIRE_HW_57CNC */
+	uint32_t serial;           /* 0 is taken as 65432 */
+	uint8_t firmware_major;    /* coded, 0x37 = 4.7; 0 is taken as 0x37 */
+	uint8_t firmware_revision; /* both 0 are taken as 4.7.15 */
 	uint8_t user_id;
-	const char *name;		/* NULL: "SimPoKeys" and the model; copied */
-	uint8_t ip[4];			/* own address; 0.0.0.0 is taken as 127.0.0.1 */
-	int64_t clock_s;		/* calendar time at start, seconds since 1970 UTC */
-	unsigned int boot_ms;		/* dead time after a reboot */
+	const char *name;     /* NULL: "SimPoKeys" and the model; copied */
+	uint8_t ip[4];        /* own address; 0.0.0.0 is taken as 127.0.0.1 */
+	int64_t clock_s;      /* calendar time at start, seconds since 1970 UTC */
+	unsigned int boot_ms; /* dead time after a reboot */
 	struct sim_choices choices;
 };
 
@@ -64,24 +64,24 @@ enum sim_drop {
 	SIM_DROP_LENGTH,
 	SIM_DROP_HEADER,
 	SIM_DROP_CHECKSUM,
-	SIM_DROP_UNKNOWN,	/* only with choices.drop_unknown */
-	SIM_DROP_REFUSED,	/* locked by password */
+	SIM_DROP_UNKNOWN, /* only with choices.drop_unknown */
+	SIM_DROP_REFUSED, /* locked by password */
 	SIM_DROP_BOOTING,
-	SIM_DROP_SILENT,	/* the operation has no reply */
+	SIM_DROP_SILENT, /* the operation has no reply */
 	SIM_DROPS,
 };
 
 struct sim_device_stats {
-	uint64_t requests;		/* executed, the parts of a multi-part fill as one */
+	uint64_t requests; /* executed, the parts of a multi-part fill as one */
 	uint64_t replies;
-	uint64_t unknown;		/* operations the device does not have */
+	uint64_t unknown; /* operations the device does not have */
 	uint64_t dropped[SIM_DROPS];
-	uint64_t executed[256];		/* by operation (byte 1) */
-	uint64_t executed_pe[256];	/* pulse engine, by sub-command (byte 2) */
+	uint64_t executed[256];    /* by operation (byte 1) */
+	uint64_t executed_pe[256]; /* pulse engine, by sub-command (byte 2) */
 	uint64_t saves;
 	uint64_t reboots;
 	uint64_t failsafes;
-	uint64_t slots;			/* milliseconds lived through */
+	uint64_t slots; /* milliseconds lived through */
 };
 
 struct sim_pwm_config {
@@ -91,28 +91,28 @@ struct sim_pwm_config {
 };
 
 struct sim_failsafe_config {
-	uint8_t timeout;		/* x100 ms, 0 off */
+	uint8_t timeout; /* x100 ms, 0 off */
 	uint8_t peripherals;
 	uint8_t outputs[7];
 	uint8_t poext[SIM_POEXT_BYTES];
-	uint8_t pwm[6];			/* percent */
+	uint8_t pwm[6]; /* percent */
 };
 
 struct sim_clock_config {
-	uint8_t rule;			/* daylight saving rule */
+	uint8_t rule; /* daylight saving rule */
 	int8_t offset;
 };
 
 /* Plain stores which a command writes and the matching one reads, without any effect here. */
 struct sim_store_config {
-	uint8_t key_map[3][SIM_PINS];		/* 0xC1..0xC3 */
-	uint8_t key_triggered[4][SIM_PINS];	/* 0xD7 1..4 */
-	uint8_t encoder_keys[2][50];		/* 0xC6, 0xC7 */
-	uint8_t typematic[2][SIM_PINS];		/* 0x21, 0x22 */
-	uint8_t servo_setup[SIM_PINS];		/* 0x4A 0x00/0x01 */
-	uint8_t servo_channel[8][SIM_PINS];	/* 0x4A 0x10/0x11 */
-	uint8_t decoder[2];			/* 0x09 */
-	uint32_t oem[62];			/* 0xFD */
+	uint8_t key_map[3][SIM_PINS];       /* 0xC1..0xC3 */
+	uint8_t key_triggered[4][SIM_PINS]; /* 0xD7 1..4 */
+	uint8_t encoder_keys[2][50];        /* 0xC6, 0xC7 */
+	uint8_t typematic[2][SIM_PINS];     /* 0x21, 0x22 */
+	uint8_t servo_setup[SIM_PINS];      /* 0x4A 0x00/0x01 */
+	uint8_t servo_channel[8][SIM_PINS]; /* 0x4A 0x10/0x11 */
+	uint8_t decoder[2];                 /* 0x09 */
+	uint32_t oem[62];                   /* 0xFD */
 	uint64_t oem_set;
 };
 
@@ -141,33 +141,33 @@ struct sim_bench {
 	struct sim_source analog[SIM_ANALOGS];
 	struct sim_oven oven[SIM_ANALOGS];
 	struct sim_servo servo[SIM_ENCODERS];
-	bool servo_switches;		/* some of them have one, sim_servos_rewired() */
-	uint64_t blinking;		/* pins which toggle by themselves, sim_bench_blink() */
-	uint32_t blink_ms[SIM_PINS];	/* and their half periods */
+	bool servo_switches;         /* some of them have one, sim_servos_rewired() */
+	uint64_t blinking;           /* pins which toggle by themselves, sim_bench_blink() */
+	uint32_t blink_ms[SIM_PINS]; /* and their half periods */
 	struct sim_bus_bench bus;
 	struct sim_postep postep[SIM_AXES];
-	uint8_t keys[SIM_KEYS / 8];	/* matrix keyboard, key k = byte k / 8 bit k % 8 */
+	uint8_t keys[SIM_KEYS / 8]; /* matrix keyboard, key k = byte k / 8 bit k % 8 */
 	uint8_t load_percent;
 };
 
 /* One simple pulse generator, 0x4C. */
 struct sim_blip {
-	uint16_t period;	/* 0.1 ms */
-	uint16_t left;		/* pulses still to make */
+	uint16_t period; /* 0.1 ms */
+	uint16_t left;   /* pulses still to make */
 	uint8_t duty;
 	uint64_t end_ns;
 };
 
 /* Lost at a reboot. */
 struct sim_runtime {
-	uint64_t boot_ns;		/* when the device began to answer */
+	uint64_t boot_ns; /* when the device began to answer */
 	uint64_t dead_until_ns;
-	uint64_t heard_ns;		/* last valid packet, for the failsafe */
+	uint64_t heard_ns; /* last valid packet, for the failsafe */
 	bool failsafe_applied;
 	uint8_t security_level;
 	uint8_t seed[32];
 	uint8_t session[10];
-	int64_t clock_s;		/* calendar time at clock_ns */
+	int64_t clock_s; /* calendar time at clock_ns */
 	uint64_t clock_ns;
 	uint8_t log_count;
 	uint16_t log[SIM_LOG_ENTRIES];
@@ -177,22 +177,22 @@ struct sim_runtime {
 	uint8_t poil_enabled;
 	uint8_t poil_memory[6][256];
 	uint8_t servo_position[SIM_PINS];
-	uint8_t fill_parts;		/* parts of a multi-part fill which have come */
+	uint8_t fill_parts; /* parts of a multi-part fill which have come */
 	uint8_t fill[SIM_MULTI];
 	struct sim_blip blip[SIM_PINS];
-	uint32_t pwm_begun;		/* how often a write has begun the period of PWM again */
+	uint32_t pwm_begun; /* how often a write has begun the period of PWM again */
 	uint64_t pwm_begun_ns;
-	uint32_t pwm_pulse[6];		/* the duty of before goes on until pwm_until_ns */
+	uint32_t pwm_pulse[6]; /* the duty of before goes on until pwm_until_ns */
 	uint64_t pwm_until_ns[6];
 };
 
 struct sim_device {
 	struct sim_device_options options;
-	uint64_t now_ns;		/* of the last call */
-	uint64_t slot_ns;		/* when the next millisecond slot is due */
+	uint64_t now_ns;  /* of the last call */
+	uint64_t slot_ns; /* when the next millisecond slot is due */
 	bool started;
-	bool dirty;			/* levels may have changed: settle the pins */
-	struct sim_config config;	/* in RAM */
+	bool dirty;               /* levels may have changed: settle the pins */
+	struct sim_config config; /* in RAM */
 	struct sim_config flash;
 	struct sim_config factory;
 	struct sim_pins pins;

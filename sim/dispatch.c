@@ -108,12 +108,9 @@ static const sim_handler handlers[256] = {
 const char *sim_drop_name(enum sim_drop drop)
 {
 	static const char *const names[SIM_DROPS] = {
-		[SIM_DROP_LENGTH] = "length",
-		[SIM_DROP_HEADER] = "header",
-		[SIM_DROP_CHECKSUM] = "checksum",
-		[SIM_DROP_UNKNOWN] = "unknown",
-		[SIM_DROP_REFUSED] = "refused",
-		[SIM_DROP_BOOTING] = "booting",
+		[SIM_DROP_LENGTH] = "length",     [SIM_DROP_HEADER] = "header",
+		[SIM_DROP_CHECKSUM] = "checksum", [SIM_DROP_UNKNOWN] = "unknown",
+		[SIM_DROP_REFUSED] = "refused",   [SIM_DROP_BOOTING] = "booting",
 		[SIM_DROP_SILENT] = "silent",
 	};
 
@@ -130,8 +127,14 @@ static size_t drop(struct sim_device *dev, enum sim_drop why)
 static bool is_public(uint8_t op)
 {
 	switch (op) {
-	case 0x00: case 0x03: case 0x04: case 0x05: case 0x8F: case 0xCF:
-	case 0xE1: case 0xE2:
+	case 0x00:
+	case 0x03:
+	case 0x04:
+	case 0x05:
+	case 0x8F:
+	case 0xCF:
+	case 0xE1:
+	case 0xE2:
 		return true;
 	default:
 		return false;
@@ -162,15 +165,12 @@ static int check(const uint8_t *req, size_t len)
 static bool is_missing(const struct sim_device *dev, uint8_t op)
 {
 	static const uint32_t needed[256] = {
-		[0x1D] = WIRE_HAS_COUNTERS, [0xD8] = WIRE_HAS_COUNTERS,
-		[0xD9] = WIRE_HAS_COUNTERS, [0x35] = WIRE_HAS_ANALOG,
-		[0x36] = WIRE_HAS_ANALOG, [0x37] = WIRE_HAS_ANALOG,
-		[0x38] = WIRE_HAS_ANALOG, [0x39] = WIRE_HAS_ANALOG,
-		[0x3A] = WIRE_HAS_ANALOG, [0xCA] = WIRE_HAS_MATRIX_KB,
-		[0xD0] = WIRE_HAS_LCD, [0xD1] = WIRE_HAS_LCD,
-		[0xDB] = WIRE_HAS_I2C, [0xDC] = WIRE_HAS_1WIRE,
-		[0xDD] = WIRE_HAS_PONET, [0x85] = WIRE_HAS_PULSE_V2,
-		[0xB0] = WIRE_HAS_PULSE_V2,
+		[0x1D] = WIRE_HAS_COUNTERS,  [0xD8] = WIRE_HAS_COUNTERS, [0xD9] = WIRE_HAS_COUNTERS,
+		[0x35] = WIRE_HAS_ANALOG,    [0x36] = WIRE_HAS_ANALOG,   [0x37] = WIRE_HAS_ANALOG,
+		[0x38] = WIRE_HAS_ANALOG,    [0x39] = WIRE_HAS_ANALOG,   [0x3A] = WIRE_HAS_ANALOG,
+		[0xCA] = WIRE_HAS_MATRIX_KB, [0xD0] = WIRE_HAS_LCD,      [0xD1] = WIRE_HAS_LCD,
+		[0xDB] = WIRE_HAS_I2C,       [0xDC] = WIRE_HAS_1WIRE,    [0xDD] = WIRE_HAS_PONET,
+		[0x85] = WIRE_HAS_PULSE_V2,  [0xB0] = WIRE_HAS_PULSE_V2,
 	};
 
 	return needed[op] & ~wire_model(dev->options.hardware)->features;

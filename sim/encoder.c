@@ -66,9 +66,8 @@ void sim_encoder_turn(struct sim_device *dev, unsigned int encoder, int64_t step
 			counts = -counts;
 		dev->encoders.raw[encoder] += (uint32_t)counts;
 	}
-	if (shaft->index_every > 0 &&
-	    sim_floor_div(before, shaft->index_every) !=
-	    sim_floor_div(shaft->position, shaft->index_every))
+	if (shaft->index_every > 0 && sim_floor_div(before, shaft->index_every) !=
+					      sim_floor_div(shaft->position, shaft->index_every))
 		sim_encoder_index(dev, encoder);
 }
 
@@ -85,8 +84,8 @@ static uint32_t ticks_since_index(const struct sim_device *dev)
 {
 	uint64_t ns = dev->now_ns - dev->encoders.index_ns;
 
-	return (uint32_t)((ns < SLOWEST_TURN_NS ? ns : SLOWEST_TURN_NS) *
-			  (SIM_TICK_HZ / 1000000u) / 1000u);
+	return (uint32_t)((ns < SLOWEST_TURN_NS ? ns : SLOWEST_TURN_NS) * (SIM_TICK_HZ / 1000000u) /
+			  1000u);
 }
 
 uint32_t sim_spindle_ticks(const struct sim_device *dev)

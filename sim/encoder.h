@@ -24,30 +24,30 @@
 
 struct sim_encoders_config {
 	uint8_t option[SIM_BASIC_ENCODERS];
-	uint8_t pins[2 * SIM_BASIC_ENCODERS];	/* channel A of all, then B of all */
-	uint8_t fast;			/* 0xCE @2 */
-	uint8_t fast_index;		/* 0xCE @3 bit 0 */
-	uint8_t ultra_on;		/* 0x1C @2 */
-	uint8_t ultra_options;		/* 0x1C @3: invert, A=dir B=clock, 4x */
+	uint8_t pins[2 * SIM_BASIC_ENCODERS]; /* channel A of all, then B of all */
+	uint8_t fast;                         /* 0xCE @2 */
+	uint8_t fast_index;                   /* 0xCE @3 bit 0 */
+	uint8_t ultra_on;                     /* 0x1C @2 */
+	uint8_t ultra_options;                /* 0x1C @3: invert, A=dir B=clock, 4x */
 	uint32_t ultra_filter;
 };
 
 struct sim_encoders {
 	uint32_t raw[SIM_ENCODERS];
-	uint8_t ultra_armed;		/* 1: reset on the next index */
-	uint32_t index_count;		/* ultra fast */
+	uint8_t ultra_armed;  /* 1: reset on the next index */
+	uint32_t index_count; /* ultra fast */
 	uint64_t index_ns;
-	uint32_t index_ticks;		/* ticks of the last rotation, 25 MHz */
-	int32_t ultra_speed;		/* counts of the last 100 ms */
+	uint32_t index_ticks; /* ticks of the last rotation, 25 MHz */
+	int32_t ultra_speed;  /* counts of the last 100 ms */
 	uint32_t ultra_mark;
 };
 
 /* The shafts. */
 struct sim_shaft {
-	int64_t position;		/* quadrature steps */
-	int64_t rate;			/* steps per second, turning by itself */
-	int64_t rest;			/* of rate, in step * ms */
-	int64_t index_every;		/* steps from index to index, 0 none */
+	int64_t position;    /* quadrature steps */
+	int64_t rate;        /* steps per second, turning by itself */
+	int64_t rest;        /* of rate, in step * ms */
+	int64_t index_every; /* steps from index to index, 0 none */
 };
 
 struct sim_device;

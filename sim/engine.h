@@ -74,41 +74,41 @@ enum sim_axis_state {
 
 /* Kept in flash. Blocks are held as they came, reserved bytes included. */
 struct sim_engine_config {
-	uint8_t axes;			/* enabled axes, 0x01 @8 */
+	uint8_t axes; /* enabled axes, 0x01 @8 */
 	uint8_t charge_pump;
 	uint8_t generator;
 	uint8_t buffer_size;
 	uint8_t emergency_invert;
 	uint8_t power_states;
-	uint8_t emergency_pin;		/* 0x06: 0 off, 1 default, else base + pin */
+	uint8_t emergency_pin; /* 0x06: 0 off, 1 default, else base + pin */
 	uint8_t axis[SIM_AXES][SIM_AXIS_BLOCK];
-	uint8_t drivers[8];		/* 0x18: step code and current of four */
+	uint8_t drivers[8]; /* 0x18: step code and current of four */
 	uint8_t backlash_enable;
 	uint8_t backlash_speed;
 	uint8_t backlash[4 * SIM_AXES];
-	uint8_t synced_pwm[3];		/* enable, source axis, channel */
-	uint8_t synced_out[2];		/* enable, source axis */
+	uint8_t synced_pwm[3]; /* enable, source axis, channel */
+	uint8_t synced_out[2]; /* enable, source axis */
 	uint8_t synced_pins[8];
 	uint8_t postep_enable;
 	uint8_t postep_comm[24];
 	uint8_t postep_current[48];
 	uint8_t postep_mode[48];
-	uint8_t smart[SIM_AXIS_BLOCK];	/* 0x90 @8..62 */
-	uint8_t thread[13];		/* 0x36 @8..20 */
+	uint8_t smart[SIM_AXIS_BLOCK]; /* 0x90 @8..62 */
+	uint8_t thread[13];            /* 0x36 @8..20 */
 };
 
 /* An axis block decoded, with the speeds sane. */
 struct sim_axis_setup {
 	uint8_t options;
 	uint8_t switches;
-	uint8_t home_pin, minus_pin, plus_pin;	/* 1-based, 0 dedicated */
+	uint8_t home_pin, minus_pin, plus_pin; /* 1-based, 0 dedicated */
 	uint8_t home_percent, return_percent;
-	uint8_t mpg_encoder;			/* 1-based, 0 none */
+	uint8_t mpg_encoder; /* 1-based, 0 none */
 	double mpg_ratio;
 	struct sim_planner_limits limits;
 	int32_t soft_min, soft_max;
 	uint8_t enable_pin, enable_invert;
-	uint8_t home_on_active, home_on_release;	/* algorithm nibbles */
+	uint8_t home_on_active, home_on_release; /* algorithm nibbles */
 	int32_t back_off;
 	uint8_t signals;
 };
@@ -116,35 +116,35 @@ struct sim_axis_setup {
 struct sim_axis {
 	struct sim_axis_setup setup;
 	struct sim_planner planner;
-	int64_t pulses;			/* planner.position rounded */
+	int64_t pulses; /* planner.position rounded */
 	uint8_t state;
 	int32_t reference;
-	double speed_ratio;		/* of 0x25; 1 after 0x20 */
-	int homing_way;			/* +1 or -1 */
+	double speed_ratio; /* of 0x25; 1 after 0x20 */
+	int homing_way;     /* +1 or -1 */
 	double homing_speed;
 	bool homing_was_active;
 	bool index_armed;
 	bool index_seen;
 	int32_t home_offset;
-	int32_t target;			/* of the back-off or the probe */
+	int32_t target; /* of the back-off or the probe */
 	double mpg_target;
 	uint32_t mpg_last;
-	int back_way;			/* backlash: last direction of motion */
-	int32_t back_compensation;	/* pulses added by the backlash */
-	uint64_t clamped;		/* slots asking for more than the generator gives */
+	int back_way;              /* backlash: last direction of motion */
+	int32_t back_compensation; /* pulses added by the backlash */
+	uint64_t clamped;          /* slots asking for more than the generator gives */
 };
 
 struct sim_ring_slot {
 	uint16_t magnitude[SIM_AXES];
-	uint8_t negative;		/* bit = axis */
+	uint8_t negative; /* bit = axis */
 };
 
 struct sim_ring {
 	struct sim_ring_slot slot[SIM_RING_SLOTS];
 	unsigned int head;
 	unsigned int used;
-	bool moving;			/* the last slot taken asked for motion */
-	uint64_t underruns;		/* ran empty after such a slot */
+	bool moving;        /* the last slot taken asked for motion */
+	uint64_t underruns; /* ran empty after such a slot */
 	uint64_t slots_accepted;
 	uint64_t slots_taken;
 };
@@ -155,38 +155,38 @@ enum sim_thread_state {
 	SIM_THREAD_PREPARED,
 	SIM_THREAD_WAITING,
 	SIM_THREAD_ACTIVE,
-	SIM_THREAD_RELEASING,	/* on its way back to a slot a millisecond */
+	SIM_THREAD_RELEASING, /* on its way back to a slot a millisecond */
 };
 
 /* Slots played by the spindle's angle (engine_thread.c). */
 struct sim_thread {
-	uint8_t state;			/* enum sim_thread_state */
-	bool has_slot;			/* now is being played */
-	bool first;			/* nothing has been measured since the index */
+	uint8_t state; /* enum sim_thread_state */
+	bool has_slot; /* now is being played */
+	bool first;    /* nothing has been measured since the index */
 	uint32_t index_count;
-	int64_t base;			/* of the shaft at the index it began at, steps */
-	int64_t last;			/* of the shaft, a millisecond ago */
-	double turn;			/* of the spindle since then, as it is measured */
-	double whole;			/* ... at the index seen last */
-	double played;			/* slots since then */
-	double speed;			/* slots a millisecond */
-	double part;			/* of the slot that has been played */
+	int64_t base;  /* of the shaft at the index it began at, steps */
+	int64_t last;  /* of the shaft, a millisecond ago */
+	double turn;   /* of the spindle since then, as it is measured */
+	double whole;  /* ... at the index seen last */
+	double played; /* slots since then */
+	double speed;  /* slots a millisecond */
+	double part;   /* of the slot that has been played */
 	struct sim_ring_slot now;
-	int32_t done[SIM_AXES];		/* pulses of it that have been made */
-	uint64_t ignored;		/* slots that asked an ignored axis for motion */
-	uint64_t dry;			/* milliseconds without a slot to play */
+	int32_t done[SIM_AXES]; /* pulses of it that have been made */
+	uint64_t ignored;       /* slots that asked an ignored axis for motion */
+	uint64_t dry;           /* milliseconds without a slot to play */
 };
 
 struct sim_engine {
 	uint8_t state;
-	uint32_t reboot_ms;		/* time left of a reboot of the engine */
-	uint8_t generator;		/* in effect since the last reboot of the engine */
+	uint32_t reboot_ms; /* time left of a reboot of the engine */
+	uint8_t generator;  /* in effect since the last reboot of the engine */
 	uint8_t power_states;
 	uint8_t override;
 	uint8_t output_mask;
-	uint8_t soft_limited;		/* bit = axis */
-	uint8_t minus, plus, home;	/* evaluated switches, bit = axis */
-	uint8_t relays, outputs;	/* external outputs, 0x04 */
+	uint8_t soft_limited;      /* bit = axis */
+	uint8_t minus, plus, home; /* evaluated switches, bit = axis */
+	uint8_t relays, outputs;   /* external outputs, 0x04 */
 	uint8_t home_mask;
 	uint8_t probe_mask;
 	uint8_t probe_input;
@@ -196,7 +196,7 @@ struct sim_engine {
 	double probe_speed;
 	int32_t probe_position[SIM_AXES];
 	struct sim_thread thread;
-	uint8_t postep_status[6 * SIM_AXES];	/* 0x51, as fetched last */
+	uint8_t postep_status[6 * SIM_AXES]; /* 0x51, as fetched last */
 	uint8_t postep_version[SIM_AXES][4];
 	struct sim_ring ring;
 	struct sim_axis axis[SIM_AXES];

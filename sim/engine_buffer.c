@@ -64,8 +64,8 @@ static void drive_synced(struct sim_device *dev, const struct sim_ring_slot *slo
 	if (config->synced_pwm[0] == 1 && axis < SIM_AXES && config->synced_pwm[2] < 6) {
 		unsigned int percent = slot->magnitude[axis] > 100 ? 100 : slot->magnitude[axis];
 
-		pwm->duty[config->synced_pwm[2]] =
-			(uint32_t)((uint64_t)pwm->period * percent / 100);
+		pwm->duty[config->synced_pwm[2]] = (uint32_t)((uint64_t)pwm->period * percent /
+							      100);
 	}
 	axis = config->synced_out[1];
 	if (config->synced_out[0] != 1 || axis >= SIM_AXES)

@@ -27,8 +27,8 @@ static void turn_encoder(struct sim_device *dev, struct sim_mechanics *m, int64_
 	steps = m->ratio_rest / m->ratio_den;
 	m->ratio_rest %= m->ratio_den;
 	sim_encoder_turn(dev, (unsigned int)m->encoder, steps);
-	if (m->index_every > 0 && sim_floor_div(before, m->index_every) !=
-				  sim_floor_div(m->position, m->index_every))
+	if (m->index_every > 0 &&
+	    sim_floor_div(before, m->index_every) != sim_floor_div(m->position, m->index_every))
 		sim_encoder_index(dev, (unsigned int)m->encoder);
 }
 

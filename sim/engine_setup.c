@@ -90,10 +90,8 @@ SIM_HANDLER(sim_pe_synced_outputs)
 		memcpy(config->synced_out, rq + P2, sizeof(config->synced_out));
 		memcpy(config->synced_pins, rq + 8, sizeof(config->synced_pins));
 	}
-	memcpy(rp + P2, echoes(dev, rq) ? rq + P2 : config->synced_out,
-	       sizeof(config->synced_out));
-	memcpy(rp + 8, echoes(dev, rq) ? rq + 8 : config->synced_pins,
-	       sizeof(config->synced_pins));
+	memcpy(rp + P2, echoes(dev, rq) ? rq + P2 : config->synced_out, sizeof(config->synced_out));
+	memcpy(rp + 8, echoes(dev, rq) ? rq + 8 : config->synced_pins, sizeof(config->synced_pins));
 	return SIM_ANSWER;
 }
 

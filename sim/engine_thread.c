@@ -23,8 +23,8 @@
 
 struct params {
 	bool encoder;
-	double ticks;			/* of a turn */
-	double slots;			/* of a turn */
+	double ticks; /* of a turn */
+	double slots; /* of a turn */
 	double speed_gain, position_gain;
 	uint8_t ignore;
 };
@@ -41,16 +41,19 @@ static struct params params_of(const struct sim_device *dev)
 	uint16_t rpm = wire_get_u16(raw + 6);
 
 	return (struct params){
-		.encoder = raw[0] & MODE_ENCODER, .ticks = wire_get_u16(raw + 4),
-		.slots = rpm ? 60000.0 / rpm : 0, .speed_gain = gain(raw + 8),
-		.position_gain = gain(raw + 10), .ignore = raw[12],
+		.encoder = raw[0] & MODE_ENCODER,
+		.ticks = wire_get_u16(raw + 4),
+		.slots = rpm ? 60000.0 / rpm : 0,
+		.speed_gain = gain(raw + 8),
+		.position_gain = gain(raw + 10),
+		.ignore = raw[12],
 	};
 }
 
 static double turns_of(const struct sim_device *dev, const struct params *params, int64_t steps)
 {
-	return params->ticks > 0 ?
-	       sim_encoder_counts(dev, SIM_ULTRA_FAST, steps) / params->ticks : 0;
+	return params->ticks > 0 ? sim_encoder_counts(dev, SIM_ULTRA_FAST, steps) / params->ticks :
+				   0;
 }
 
 /* Turns a millisecond by the time of the last turn. */
@@ -261,7 +264,8 @@ SIM_HANDLER(sim_pe_thread)
 		break;
 	case 0x33:
 		th->state = th->state == SIM_THREAD_ACTIVE || th->state == SIM_THREAD_RELEASING ?
-			    SIM_THREAD_RELEASING : SIM_THREAD_OFF;
+				    SIM_THREAD_RELEASING :
+				    SIM_THREAD_OFF;
 		break;
 	default:
 		cancel(dev);

@@ -12,16 +12,16 @@
  * socket, the help text and the manual.
  */
 enum sim_fault_unit {
-	SIM_FAULT_PROBABILITY,	/* 0..1 */
-	SIM_FAULT_COUNT,	/* 0..1000 */
-	SIM_FAULT_MICROSECONDS,	/* plain number */
-	SIM_FAULT_DELAY,	/* distribution */
+	SIM_FAULT_PROBABILITY,  /* 0..1 */
+	SIM_FAULT_COUNT,        /* 0..1000 */
+	SIM_FAULT_MICROSECONDS, /* plain number */
+	SIM_FAULT_DELAY,        /* distribution */
 };
 
 struct sim_fault_row {
 	const char *name;
 	enum sim_fault_unit unit;
-	size_t offset;		/* of the field in struct sim_link_faults */
+	size_t offset; /* of the field in struct sim_link_faults */
 	const char *argument;
 	const char *help;
 };

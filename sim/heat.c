@@ -15,13 +15,31 @@
 #define STEPS 4095
 
 const struct sim_heat_config sim_heat_hotend = {
-	.watts = 40, .capacity = 15, .loss = 0.075, .fan_loss = 0.06, .room = 22,
-	.delay_s = 0.5, .lag_s = 0.7, .noise = 0.2, .pull_up = 4700, .ohm = 100e3, .beta = 3950,
+	.watts = 40,
+	.capacity = 15,
+	.loss = 0.075,
+	.fan_loss = 0.06,
+	.room = 22,
+	.delay_s = 0.5,
+	.lag_s = 0.7,
+	.noise = 0.2,
+	.pull_up = 4700,
+	.ohm = 100e3,
+	.beta = 3950,
 };
 
 const struct sim_heat_config sim_heat_bed = {
-	.watts = 250, .capacity = 600, .loss = 1.6, .fan_loss = 0.4, .room = 22,
-	.delay_s = 2.5, .lag_s = 2, .noise = 0.1, .pull_up = 4700, .ohm = 100e3, .beta = 3950,
+	.watts = 250,
+	.capacity = 600,
+	.loss = 1.6,
+	.fan_loss = 0.4,
+	.room = 22,
+	.delay_s = 2.5,
+	.lag_s = 2,
+	.noise = 0.1,
+	.pull_up = 4700,
+	.ohm = 100e3,
+	.beta = 3950,
 };
 
 void sim_heat_init(struct sim_heat *heat, const struct sim_heat_config *config, uint64_t seed)

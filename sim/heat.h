@@ -13,24 +13,24 @@
  */
 
 struct sim_heat_config {
-	double watts;		/* at full power */
-	double capacity;	/* joules for a kelvin */
-	double loss;		/* watts for each kelvin above the room */
-	double fan_loss;	/* ... more, while the fan runs */
-	double room;		/* degrees Celsius */
-	double delay_s;		/* until a change reaches the sensor, at most 4.9 s */
-	double lag_s;		/* time constant of the sensor; 0: none */
-	double noise;		/* of a reading, K, up and down */
-	double pull_up, ohm, beta;	/* of the thermistor, at 25 degrees */
+	double watts;              /* at full power */
+	double capacity;           /* joules for a kelvin */
+	double loss;               /* watts for each kelvin above the room */
+	double fan_loss;           /* ... more, while the fan runs */
+	double room;               /* degrees Celsius */
+	double delay_s;            /* until a change reaches the sensor, at most 4.9 s */
+	double lag_s;              /* time constant of the sensor; 0: none */
+	double noise;              /* of a reading, K, up and down */
+	double pull_up, ohm, beta; /* of the thermistor, at 25 degrees */
 };
 
 enum sim_heat_fault {
 	SIM_HEAT_GOOD,
 	SIM_HEAT_OPEN,
 	SIM_HEAT_SHORT,
-	SIM_HEAT_STUCK,		/* says what it said when it got stuck, with the noise */
-	SIM_HEAT_DRIFT,		/* says more and more wrong: `drift` kelvin a second */
-	SIM_HEAT_OUT,		/* fell out of the block: it is in the room */
+	SIM_HEAT_STUCK, /* says what it said when it got stuck, with the noise */
+	SIM_HEAT_DRIFT, /* says more and more wrong: `drift` kelvin a second */
+	SIM_HEAT_OUT,   /* fell out of the block: it is in the room */
 };
 
 #define SIM_HEAT_DELAYS 50	/* of 0.1 s */
@@ -38,12 +38,12 @@ enum sim_heat_fault {
 struct sim_heat {
 	struct sim_heat_config config;
 	struct sim_prng prng;
-	double block, sensor;	/* degrees Celsius */
+	double block, sensor; /* degrees Celsius */
 	double delayed[SIM_HEAT_DELAYS];
-	unsigned int at;	/* the next one of them */
-	double delay_left;	/* seconds until it is taken */
+	unsigned int at;   /* the next one of them */
+	double delay_left; /* seconds until it is taken */
 	enum sim_heat_fault fault;
-	double stuck, drift, drifted;	/* degrees Celsius, K/s, K */
+	double stuck, drift, drifted; /* degrees Celsius, K/s, K */
 };
 
 /* A hot end of 40 W, a bed of 250 W. */

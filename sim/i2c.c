@@ -44,8 +44,7 @@ static void start_write(struct sim_device *dev, const uint8_t *rq)
 
 	if (answers(dev, rq[P2]))
 		write_memory(dev, rq + 8, len);
-	sim_transfer_start(dev, &dev->bus.i2c_write, US_PER_BYTE * (len + 1),
-			   answers(dev, rq[P2]));
+	sim_transfer_start(dev, &dev->bus.i2c_write, US_PER_BYTE * (len + 1), answers(dev, rq[P2]));
 	if (rq[P4])
 		start_read(dev, rq[P2], rq[P4]);
 }
@@ -75,7 +74,9 @@ SIM_HANDLER(sim_do_i2c)
 	rp[P1] = rq[P1];
 	rp[P2] = OK;
 	switch (rq[P1]) {
-	case 0x00: case 0x01: case 0x02:
+	case 0x00:
+	case 0x01:
+	case 0x02:
 		break;
 	case 0x10:
 		start_write(dev, rq);

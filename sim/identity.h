@@ -11,13 +11,13 @@ struct sim_identity_config {
 	uint8_t user_id;
 	uint8_t locked;
 	uint8_t product_offset;
-	uint8_t activated;		/* 0x8F bitmap */
-	char name[10];			/* not terminated */
+	uint8_t activated; /* 0x8F bitmap */
+	char name[10];     /* not terminated */
 	char joystick_name[16];
 	char long_name[20];
 	uint8_t usb;
 	uint8_t delayed_start;
-	uint8_t misc_usb[7];		/* 0x0B @8..14 */
+	uint8_t misc_usb[7]; /* 0x0B @8..14 */
 };
 
 struct sim_network_config {
@@ -25,12 +25,12 @@ struct sim_network_config {
 	uint8_t fixed_ip[4];
 	uint8_t gateway[4];
 	uint8_t mask[4];
-	uint8_t options;		/* low three bits, see 0xE0 @28 */
-	uint16_t tcp_timeout;		/* x100 ms */
-	uint8_t modbus[12];		/* 0xE4 @8..19 */
-	uint8_t udp_map[48];		/* 0xA2 @8..55 */
-	uint8_t report[7];		/* 0xEF @8..14: rate, server, type */
-	uint8_t report_format[48];	/* 0xEF, set at @15..62: port, description */
+	uint8_t options;           /* low three bits, see 0xE0 @28 */
+	uint16_t tcp_timeout;      /* x100 ms */
+	uint8_t modbus[12];        /* 0xE4 @8..19 */
+	uint8_t udp_map[48];       /* 0xA2 @8..55 */
+	uint8_t report[7];         /* 0xEF @8..14: rate, server, type */
+	uint8_t report_format[48]; /* 0xEF, set at @15..62: port, description */
 	uint8_t report_header[5][50];
 };
 

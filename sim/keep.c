@@ -8,8 +8,8 @@
  */
 #include "sim/request.h"
 
-static void keep(struct sim_device *dev, uint8_t *store, size_t len, bool write,
-		 const uint8_t *rq, uint8_t *rp)
+static void keep(struct sim_device *dev, uint8_t *store, size_t len, bool write, const uint8_t *rq,
+		 uint8_t *rp)
 {
 	if (write && !sim_locked(dev))
 		memcpy(store, rq + 8, len);
@@ -18,8 +18,7 @@ static void keep(struct sim_device *dev, uint8_t *store, size_t len, bool write,
 
 SIM_HANDLER(sim_do_key_map)
 {
-	keep(dev, dev->config.store.key_map[rq[WIRE_AT_OP] - 0xC1], SIM_PINS, rq[P1] == 1, rq,
-	     rp);
+	keep(dev, dev->config.store.key_map[rq[WIRE_AT_OP] - 0xC1], SIM_PINS, rq[P1] == 1, rq, rp);
 	return SIM_ANSWER;
 }
 

@@ -25,7 +25,7 @@ static bool codes(struct sim_device *dev, const uint8_t *rq, uint8_t *rp)
 {
 	struct sim_panel_config *panel = &dev->config.panel;
 	uint8_t option = rq[P1];
-	uint8_t (*table)[CODES_LEN] = option < 20 ? panel->key_codes : panel->up_codes;
+	uint8_t(*table)[CODES_LEN] = option < 20 ? panel->key_codes : panel->up_codes;
 	uint8_t base = option < 20 ? 0 : 20;
 
 	if (within(option, (uint8_t)(base + 2), (uint8_t)(base + 9))) {

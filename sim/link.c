@@ -148,8 +148,8 @@ void sim_link_push(struct sim_link *link, enum sim_link_dir dir, uint64_t now_ns
 	sim_link_push_from(link, dir, now_ns, 0, bytes, len);
 }
 
-void sim_link_inject(struct sim_link *link, enum sim_link_dir dir, uint64_t due_ns,
-		     uint64_t peer, const uint8_t *bytes, size_t len)
+void sim_link_inject(struct sim_link *link, enum sim_link_dir dir, uint64_t due_ns, uint64_t peer,
+		     const uint8_t *bytes, size_t len)
 {
 	link->way[dir].stats.pushed++;
 	enqueue(link, dir, due_ns, peer, bytes, len);
@@ -176,8 +176,8 @@ bool sim_link_pop_from(struct sim_link *link, enum sim_link_dir dir, uint64_t no
 	return true;
 }
 
-size_t sim_link_pop(struct sim_link *link, enum sim_link_dir dir, uint64_t now_ns,
-		    uint8_t *bytes, size_t cap)
+size_t sim_link_pop(struct sim_link *link, enum sim_link_dir dir, uint64_t now_ns, uint8_t *bytes,
+		    size_t cap)
 {
 	size_t len;
 

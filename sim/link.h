@@ -20,23 +20,23 @@
 #define SIM_LINK_NEVER UINT64_MAX
 
 enum sim_link_dir {
-	SIM_LINK_REQUEST,	/* client to device */
-	SIM_LINK_REPLY,		/* device to client */
+	SIM_LINK_REQUEST, /* client to device */
+	SIM_LINK_REPLY,   /* device to client */
 	SIM_LINK_DIRS,
 };
 
 /* How long a packet travels. */
 enum sim_delay_kind {
-	SIM_DELAY_CONSTANT,	/* always `low` */
-	SIM_DELAY_UNIFORM,	/* evenly in low..high */
-	SIM_DELAY_HEAVY_TAIL,	/* Pareto: at least `low`, shape `alpha`, cut at `high` */
+	SIM_DELAY_CONSTANT,   /* always `low` */
+	SIM_DELAY_UNIFORM,    /* evenly in low..high */
+	SIM_DELAY_HEAVY_TAIL, /* Pareto: at least `low`, shape `alpha`, cut at `high` */
 };
 
 struct sim_delay {
 	enum sim_delay_kind kind;
 	uint64_t low_ns;
 	uint64_t high_ns;
-	double alpha;		/* heavy tail only; 1..2 is heavy, 0 is taken as 1.5 */
+	double alpha; /* heavy tail only; 1..2 is heavy, 0 is taken as 1.5 */
 };
 
 /* Probabilities are per packet, 0..1. All zero is a perfect link. */
@@ -50,15 +50,15 @@ struct sim_link_faults {
 	uint64_t burst_length_ns;
 	double burst_loss;
 	struct sim_delay delay;
-	double duplicate;	/* packet is followed by `copies` more of itself */
-	unsigned int copies;	/* 0 is taken as 1 */
-	uint64_t copy_gap_ns;	/* time between the copies */
-	double reorder;		/* packet is overtaken by those of the next reorder_ns */
+	double duplicate;     /* packet is followed by `copies` more of itself */
+	unsigned int copies;  /* 0 is taken as 1 */
+	uint64_t copy_gap_ns; /* time between the copies */
+	double reorder;       /* packet is overtaken by those of the next reorder_ns */
 	uint64_t reorder_ns;
-	double corrupt;		/* one bit of it is flipped, at a random place */
-	double truncate;	/* cut to a random shorter length, 0 included */
-	double wrong_id;	/* request id (byte 6) replaced, checksum made good */
-	double wrong_op;	/* operation (byte 1) replaced, checksum made good */
+	double corrupt;  /* one bit of it is flipped, at a random place */
+	double truncate; /* cut to a random shorter length, 0 included */
+	double wrong_id; /* request id (byte 6) replaced, checksum made good */
+	double wrong_op; /* operation (byte 1) replaced, checksum made good */
 };
 
 struct sim_link_options {
@@ -72,18 +72,18 @@ struct sim_link_stats {
 	uint64_t lost;
 	uint64_t lost_burst;
 	uint64_t lost_silence;
-	uint64_t duplicated;	/* copies made */
+	uint64_t duplicated; /* copies made */
 	uint64_t reordered;
 	uint64_t corrupted;
 	uint64_t truncated;
 	uint64_t wrong_id;
 	uint64_t wrong_op;
-	uint64_t overflow;	/* queue full, packet dropped */
+	uint64_t overflow; /* queue full, packet dropped */
 };
 
 struct sim_link_packet {
 	uint64_t due_ns;
-	uint64_t order;		/* packets due at one moment leave as they came */
+	uint64_t order; /* packets due at one moment leave as they came */
 	uint64_t peer;
 	uint16_t len;
 	uint8_t bytes[SIM_LINK_BYTES];
@@ -96,7 +96,7 @@ struct sim_link_way {
 	uint64_t last_due_ns;
 	uint64_t silent_from_ns;
 	uint64_t silent_until_ns;
-	uint64_t burst_change_ns;	/* when the good or bad period ends */
+	uint64_t burst_change_ns; /* when the good or bad period ends */
 	bool burst_bad;
 	bool burst_started;
 	unsigned int waiting;
@@ -139,8 +139,8 @@ void sim_link_push(struct sim_link *link, enum sim_link_dir dir, uint64_t now_ns
 		   const uint8_t *bytes, size_t len);
 
 /* Puts a packet on the wire untouched by any fault, to arrive at due_ns. */
-void sim_link_inject(struct sim_link *link, enum sim_link_dir dir, uint64_t due_ns,
-		     uint64_t peer, const uint8_t *bytes, size_t len);
+void sim_link_inject(struct sim_link *link, enum sim_link_dir dir, uint64_t due_ns, uint64_t peer,
+		     const uint8_t *bytes, size_t len);
 
 /*
  * Takes the next packet that has arrived by now_ns. Returns true and its
@@ -152,8 +152,8 @@ bool sim_link_pop_from(struct sim_link *link, enum sim_link_dir dir, uint64_t no
 		       uint64_t *peer, uint8_t *bytes, size_t cap, size_t *len);
 
 /* As above for one peer; packets of length 0 cannot be told from nothing. */
-size_t sim_link_pop(struct sim_link *link, enum sim_link_dir dir, uint64_t now_ns,
-		    uint8_t *bytes, size_t cap);
+size_t sim_link_pop(struct sim_link *link, enum sim_link_dir dir, uint64_t now_ns, uint8_t *bytes,
+		    size_t cap);
 
 /* When the next packet of that direction arrives; SIM_LINK_NEVER if none is under way. */
 uint64_t sim_link_next(const struct sim_link *link, enum sim_link_dir dir);

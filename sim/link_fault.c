@@ -35,8 +35,8 @@ static bool in_burst(struct sim_link_way *way, uint64_t now_ns)
 	while (way->burst_change_ns <= now_ns) {
 		way->burst_bad = !way->burst_bad;
 		way->burst_change_ns += draw_period(&way->prng, way->burst_bad ?
-						    faults->burst_length_ns :
-						    faults->burst_every_ns);
+									faults->burst_length_ns :
+									faults->burst_every_ns);
 	}
 	return way->burst_bad;
 }

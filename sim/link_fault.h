@@ -8,7 +8,7 @@
 struct sim_link_fate {
 	uint64_t due_ns;
 	size_t len;
-	unsigned int copies;	/* 0: lost */
+	unsigned int copies; /* 0: lost */
 };
 
 /*

@@ -49,7 +49,7 @@ static char *read_file(const char *path)
 	else if (len > SCRIPT_BYTES)
 		error = EFBIG;
 	else if (memchr(text, '\0', len))
-		error = EILSEQ;		/* what is behind it would never be run */
+		error = EILSEQ; /* what is behind it would never be run */
 	fclose(file);
 	if (error) {
 		free(text);
@@ -86,8 +86,9 @@ static bool pin_to(int cpu, struct sim_text *why)
 	CPU_SET((size_t)cpu, &set);
 	if (sched_setaffinity(0, sizeof(set), &set) == 0)
 		return true;
-	sim_text_add(why, "--cpu %d: %s", cpu, errno == EINVAL ?
-		     "there is no such CPU, or not for this process" : strerror(errno));
+	sim_text_add(why, "--cpu %d: %s", cpu,
+		     errno == EINVAL ? "there is no such CPU, or not for this process" :
+				       strerror(errno));
 	return false;
 }
 
@@ -121,8 +122,8 @@ static void announce(const struct sim_options *options)
 
 	if (!options->quiet) {
 		printf("pokeys-sim: %s serial %u at %u.%u.%u.%u:%u, seed %llu\n",
-		       sim_hardware_name(rig.device.options.hardware),
-		       rig.device.options.serial, ip[0], ip[1], ip[2], ip[3], server.port,
+		       sim_hardware_name(rig.device.options.hardware), rig.device.options.serial,
+		       ip[0], ip[1], ip[2], ip[3], server.port,
 		       (unsigned long long)options->rig.seed);
 		fflush(stdout);
 	}

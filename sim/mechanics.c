@@ -64,8 +64,7 @@ static int level_on(const struct sim_switch *sw, unsigned int pin, int64_t posit
 	return (int)sim_switch_level(sw, position);
 }
 
-int sim_machine_pin(const struct sim_machine *machine, unsigned int pin,
-		    unsigned int emergency_pin)
+int sim_machine_pin(const struct sim_machine *machine, unsigned int pin, unsigned int emergency_pin)
 {
 	int level;
 

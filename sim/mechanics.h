@@ -21,38 +21,38 @@
 struct sim_switch {
 	bool wired;
 	bool normally_open;
-	uint8_t pin;		/* 0-based, or SIM_DEDICATED */
+	uint8_t pin; /* 0-based, or SIM_DEDICATED */
 	int64_t from;
 	int64_t to;
 };
 
 struct sim_mechanics {
-	int64_t position;	/* of the motor, in pulses; no command sets it */
-	uint64_t steps;		/* pulses made, both ways added up */
+	int64_t position; /* of the motor, in pulses; no command sets it */
+	uint64_t steps;   /* pulses made, both ways added up */
 	struct sim_switch minus;
 	struct sim_switch plus;
 	struct sim_switch home;
-	int encoder;		/* driven by this axis, 0..25, or -1 */
-	int32_t ratio_num;	/* quadrature steps per ratio_den pulses */
+	int encoder;       /* driven by this axis, 0..25, or -1 */
+	int32_t ratio_num; /* quadrature steps per ratio_den pulses */
 	int32_t ratio_den;
 	int64_t ratio_rest;
-	int64_t index_every;	/* pulses from index to index, 0 none */
+	int64_t index_every; /* pulses from index to index, 0 none */
 };
 
 struct sim_machine {
 	struct sim_mechanics axis[SIM_AXES];
-	uint8_t raw_minus, raw_plus, raw_home;	/* dedicated inputs nothing is wired to */
-	uint8_t driver_error;			/* bit = axis, status @61 */
-	uint8_t misc;				/* external inputs, status @62 */
-	int16_t mismatch[SIM_AXES];		/* steps lost, as the smart generator sees it */
-	struct sim_switch probe;		/* pin may be 100 + n: external input n */
+	uint8_t raw_minus, raw_plus, raw_home; /* dedicated inputs nothing is wired to */
+	uint8_t driver_error;                  /* bit = axis, status @61 */
+	uint8_t misc;                          /* external inputs, status @62 */
+	int16_t mismatch[SIM_AXES];            /* steps lost, as the smart generator sees it */
+	struct sim_switch probe;               /* pin may be 100 + n: external input n */
 	uint8_t probe_axis;
-	uint8_t told_slots;			/* size of the ring and time of a slot as the */
-	uint8_t told_slot_time;			/* status tells them: 128, 10 * 100 us */
+	uint8_t told_slots;     /* size of the ring and time of a slot as the */
+	uint8_t told_slot_time; /* status tells them: 128, 10 * 100 us */
 	bool emergency_wired;
 	bool emergency_pressed;
-	bool emergency_open;			/* normally open: pressed reads 0 */
-	bool any_on_pin;			/* some switch stands on a pin */
+	bool emergency_open; /* normally open: pressed reads 0 */
+	bool any_on_pin;     /* some switch stands on a pin */
 };
 
 #define SIM_PROBE_INPUT 100	/* sim_switch.pin of a probe on external input n: 100 + n */

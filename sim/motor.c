@@ -15,8 +15,13 @@
 #define TURN 6.283185307179586
 
 const struct sim_motor_config sim_motor_small = {
-	.volts = 24, .ohm = 1, .constant = 0.05, .inertia = 5e-5, .viscous = 1e-5,
-	.friction = 0.02, .counts = 2000,
+	.volts = 24,
+	.ohm = 1,
+	.constant = 0.05,
+	.inertia = 5e-5,
+	.viscous = 1e-5,
+	.friction = 0.02,
+	.counts = 2000,
 };
 
 void sim_motor_init(struct sim_motor *motor, const struct sim_motor_config *config)
@@ -28,8 +33,9 @@ static void step(struct sim_motor *motor, double seconds, double output)
 {
 	const struct sim_motor_config *config = &motor->config;
 	const double current = motor->fault == SIM_MOTOR_CUT ?
-			       0 : (output * config->volts - config->constant * motor->speed) /
-				   config->ohm;
+				       0 :
+				       (output * config->volts - config->constant * motor->speed) /
+					       config->ohm;
 	const double push = config->constant * current + motor->torque -
 			    config->viscous * motor->speed;
 	const double slower = config->friction / config->inertia * seconds;

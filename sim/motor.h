@@ -11,31 +11,31 @@
  */
 
 struct sim_motor_config {
-	double volts;		/* at an output of 1 */
-	double ohm;		/* of the winding */
-	double constant;	/* newton metres for each ampere, and volts for each radian/s */
-	double inertia;		/* of motor and load, kg m^2 */
-	double viscous;		/* friction, newton metres for each radian/s */
-	double friction;	/* Coulomb's, newton metres */
-	double backlash;	/* play between motor and encoder, radians; 0: it is on the motor */
-	double counts;		/* of the encoder, for each turn */
+	double volts;    /* at an output of 1 */
+	double ohm;      /* of the winding */
+	double constant; /* newton metres for each ampere, and volts for each radian/s */
+	double inertia;  /* of motor and load, kg m^2 */
+	double viscous;  /* friction, newton metres for each radian/s */
+	double friction; /* Coulomb's, newton metres */
+	double backlash; /* play between motor and encoder, radians; 0: it is on the motor */
+	double counts;   /* of the encoder, for each turn */
 };
 
 enum sim_motor_fault {
 	SIM_MOTOR_GOOD,
-	SIM_MOTOR_STALLED,	/* the shaft is held */
-	SIM_MOTOR_REVERSED,	/* encoder channels swapped: it counts the other way from now on */
-	SIM_MOTOR_SILENT,	/* the encoder's cable is off */
-	SIM_MOTOR_CUT,		/* the motor's cable is off */
+	SIM_MOTOR_STALLED,  /* the shaft is held */
+	SIM_MOTOR_REVERSED, /* encoder channels swapped: it counts the other way from now on */
+	SIM_MOTOR_SILENT,   /* the encoder's cable is off */
+	SIM_MOTOR_CUT,      /* the motor's cable is off */
 };
 
 struct sim_motor {
 	struct sim_motor_config config;
 	enum sim_motor_fault fault;
-	double angle, speed;	/* of the shaft: radians, radians/s */
-	double load;		/* angle where the encoder is */
-	double torque;		/* from outside, newton metres */
-	double counted;		/* what the encoder has counted, before it is rounded */
+	double angle, speed; /* of the shaft: radians, radians/s */
+	double load;         /* angle where the encoder is */
+	double torque;       /* from outside, newton metres */
+	double counted;      /* what the encoder has counted, before it is rounded */
 };
 
 /* A servo motor of 24 V, 70 W, 500 lines. */

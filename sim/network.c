@@ -114,8 +114,7 @@ size_t sim_device_discovery(struct sim_device *dev, uint64_t now_ns, const uint8
 	bool old = own->hardware == WIRE_HW_56E;
 
 	sim_device_advance(dev, now_ns);
-	if (now_ns < dev->run.dead_until_ns ||
-	    (dev->config.network.options & OPTION_NO_DISCOVERY))
+	if (now_ns < dev->run.dead_until_ns || (dev->config.network.options & OPTION_NO_DISCOVERY))
 		return 0;
 	memset(reply, 0, SIM_DISCOVERY_MAX);
 	reply[0] = dev->config.identity.user_id;

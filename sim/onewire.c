@@ -102,7 +102,8 @@ SIM_HANDLER(sim_do_onewire)
 	case 0x11:
 		fetch(dev, rp);
 		break;
-	case 0x20: case 0x22:
+	case 0x20:
+	case 0x22:
 		sim_transfer_start(dev, &bus->scan, 64 * US_PER_BYTE / 8,
 				   dev->bench.bus.thermometer_present);
 		break;

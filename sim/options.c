@@ -14,23 +14,23 @@
 #include "sim/preset.h"
 
 enum kind {
-	FLAG,		/* bool */
-	CLEAR,		/* bool, set to false */
+	FLAG,  /* bool */
+	CLEAR, /* bool, set to false */
 	STRING,
-	ADDRESS,	/* uint8_t[4] */
+	ADDRESS, /* uint8_t[4] */
 	MODEL,
 	UINT8,
 	UINT16,
 	UINT32,
 	UINT64,
 	INT,
-	MICROSECONDS,	/* uint64_t of nanoseconds */
-	PROBABILITY,	/* double */
+	MICROSECONDS, /* uint64_t of nanoseconds */
+	PROBABILITY,  /* double */
 };
 
 struct row {
 	const char *name;
-	const char *argument;	/* NULL: takes none */
+	const char *argument; /* NULL: takes none */
 	enum kind kind;
 	size_t offset;
 	int64_t low, high;
@@ -40,10 +40,8 @@ struct row {
 #define FIELD(name) offsetof(struct sim_options, name)
 
 static const struct row rows[] = {
-	{ "model", "NAME", MODEL, FIELD(rig.device.hardware), 0, 0,
-	  SIM_HARDWARE_NAMES " (57CNC)" },
-	{ "serial", "N", UINT32, FIELD(rig.device.serial), 1, UINT32_MAX,
-	  "serial number (65432)" },
+	{ "model", "NAME", MODEL, FIELD(rig.device.hardware), 0, 0, SIM_HARDWARE_NAMES " (57CNC)" },
+	{ "serial", "N", UINT32, FIELD(rig.device.serial), 1, UINT32_MAX, "serial number (65432)" },
 	{ "name", "TEXT", STRING, FIELD(rig.device.name), 0, 0, "device name, 20 characters" },
 	{ "user-id", "N", UINT8, FIELD(rig.device.user_id), 0, 255, "user id (0)" },
 	{ "firmware", "BYTE", UINT8, FIELD(rig.device.firmware_major), 1, 255,
@@ -67,8 +65,7 @@ static const struct row rows[] = {
 	  "and up to this much more (0)" },
 	{ "hiccup", "P", PROBABILITY, FIELD(rig.hiccup), 0, 1,
 	  "probability of a request which takes far longer (0)" },
-	{ "hiccup-us", "US", MICROSECONDS, FIELD(rig.hiccup_ns), 0, 10000000,
-	  "how much longer" },
+	{ "hiccup-us", "US", MICROSECONDS, FIELD(rig.hiccup_ns), 0, 10000000, "how much longer" },
 	{ "save-us", "US", MICROSECONDS, FIELD(rig.save_ns), 0, 10000000,
 	  "time it is busy after saving to flash (0)" },
 	{ "boot-ms", "MS", UINT32, FIELD(rig.device.boot_ms), 0, 600000,
@@ -129,7 +126,12 @@ static bool store_integer(void *field, const struct row *row, int64_t value)
 	case MICROSECONDS:
 		*(uint64_t *)field = UINT64_C(1000) * (uint64_t)value;
 		return true;
-	case FLAG: case CLEAR: case STRING: case ADDRESS: case MODEL: case PROBABILITY:
+	case FLAG:
+	case CLEAR:
+	case STRING:
+	case ADDRESS:
+	case MODEL:
+	case PROBABILITY:
 	default:
 		return false;
 	}
@@ -141,8 +143,7 @@ static bool store_model(uint8_t *hardware, const char *name, const char *value,
 	uint8_t found = sim_hardware_find(value);
 
 	if (!found) {
-		sim_text_add(why, "%s: '%.60s' is not one of %s", name, value,
-			     SIM_HARDWARE_NAMES);
+		sim_text_add(why, "%s: '%.60s' is not one of %s", name, value, SIM_HARDWARE_NAMES);
 		return false;
 	}
 	*hardware = found;
@@ -170,7 +171,12 @@ static bool store(struct sim_options *options, const struct row *row, const char
 		return store_model(field, name, value, why);
 	case PROBABILITY:
 		return sim_parse_number(why, name, value, 0, 1, field);
-	case UINT8: case UINT16: case UINT32: case UINT64: case INT: case MICROSECONDS:
+	case UINT8:
+	case UINT16:
+	case UINT32:
+	case UINT64:
+	case INT:
+	case MICROSECONDS:
 	default:
 		return sim_parse_integer(why, name, value, row->low, row->high, &number) &&
 		       store_integer(field, row, number);
@@ -220,8 +226,7 @@ static bool set_fault(struct sim_options *options, const char *option, const cha
 
 	sim_text_init(&bad, reason, sizeof(reason));
 	for (unsigned int dir = 0; dir < SIM_LINK_DIRS; dir++) {
-		if (!dirs[dir] ||
-		    sim_fault_set(&options->rig.link.faults[dir], name, value, &bad))
+		if (!dirs[dir] || sim_fault_set(&options->rig.link.faults[dir], name, value, &bad))
 			continue;
 		sim_text_add(why, "%s%s", option, reason + strlen(name));
 		return false;
@@ -324,7 +329,8 @@ void sim_options_help(FILE *to)
 {
 	fputs("usage: pokeys-sim [OPTION...]\n"
 	      "       pokeys-sim --ctl SOCKET COMMAND...\n\n"
-	      "Simulates a PoKeys device over UDP and TCP.\n\n", to);
+	      "Simulates a PoKeys device over UDP and TCP.\n\n",
+	      to);
 	for (size_t i = 0; i < ROWS; i++)
 		print_option(to, rows[i].name, rows[i].argument, rows[i].help);
 	fputs("\nFaults of the network, each also as --NAME-request and --NAME-reply:\n", to);
@@ -332,5 +338,6 @@ void sim_options_help(FILE *to)
 		print_option(to, sim_fault_rows[i].name, sim_fault_rows[i].argument,
 			     sim_fault_rows[i].help);
 	fputs("\nDIST is US, LOW-HIGH (evenly) or heavy:LOW:HIGH[:ALPHA].\n"
-	      "Commands for --ctl: try the command help.\n", to);
+	      "Commands for --ctl: try the command help.\n",
+	      to);
 }

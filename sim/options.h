@@ -15,9 +15,9 @@ struct sim_options {
 	uint16_t port;
 	const char *preset;
 	const char *script;
-	const char *control;	/* path of the control socket */
-	int ready_fd;		/* -1 none */
-	int cpu;		/* -1 any */
+	const char *control; /* path of the control socket */
+	int ready_fd;        /* -1 none */
+	int cpu;             /* -1 any */
 	bool tcp;
 	bool discovery;
 	bool spin;
@@ -30,8 +30,7 @@ struct sim_options {
  * Reads the command line. False with one line in `why` when something is
  * wrong: the option, its value, what is allowed.
  */
-bool sim_options_parse(struct sim_options *options, int argc, char **argv,
-		       struct sim_text *why);
+bool sim_options_parse(struct sim_options *options, int argc, char **argv, struct sim_text *why);
 
 /* Prints all options. */
 void sim_options_help(FILE *to);

@@ -35,7 +35,8 @@ double sim_oven_power(const struct sim_device *dev, unsigned int input)
 	if (!(pwm->enabled >> oven->output & 1) || !pwm->period)
 		return 0;
 	return sim_pwm_duty(dev, oven->output) < pwm->period ?
-	       (double)sim_pwm_duty(dev, oven->output) / pwm->period : 1;
+		       (double)sim_pwm_duty(dev, oven->output) / pwm->period :
+		       1;
 }
 
 void sim_oven_slot(struct sim_device *dev)

@@ -14,9 +14,9 @@
 
 struct sim_oven {
 	bool fitted;
-	bool by_pwm;		/* output is a PWM channel, else a pin, both 0-based */
+	bool by_pwm; /* output is a PWM channel, else a pin, both 0-based */
 	uint8_t output;
-	bool fan;		/* blows at it */
+	bool fan; /* blows at it */
 	struct sim_heat heat;
 };
 

@@ -13,23 +13,23 @@
 #define SIM_LEDS 2
 
 struct sim_panel_config {
-	uint8_t keyboard[43];		/* 0xCA configuration block @8..50 */
-	uint8_t scan;			/* scan decimation */
-	uint8_t key_codes[8][34];	/* @8..41 of the blocks of 16 keys */
+	uint8_t keyboard[43];     /* 0xCA configuration block @8..50 */
+	uint8_t scan;             /* scan decimation */
+	uint8_t key_codes[8][34]; /* @8..41 of the blocks of 16 keys */
 	uint8_t up_codes[8][34];
 	uint8_t lcd_on, lcd_rows, lcd_columns;
-	uint8_t led_on;			/* bit = display */
+	uint8_t led_on; /* bit = display */
 	uint8_t led_size[SIM_LEDS];
 };
 
 struct sim_panel {
 	char text[SIM_LCD_ROWS][SIM_LCD_COLUMNS];
-	uint8_t row, column;		/* cursor, 0-based */
+	uint8_t row, column; /* cursor, 0-based */
 	uint8_t custom[8][8];
 	uint8_t entry_mode[2];
-	uint8_t display[3];		/* on, cursor, blink */
+	uint8_t display[3]; /* on, cursor, blink */
 	uint8_t buffered;
-	uint8_t led[SIM_LEDS][8];	/* row bytes, bit 0 left */
+	uint8_t led[SIM_LEDS][8]; /* row bytes, bit 0 left */
 };
 
 struct sim_device;

@@ -57,8 +57,8 @@ bool sim_parse_number(struct sim_text *why, const char *what, const char *word, 
 	return true;
 }
 
-bool sim_parse_choice(struct sim_text *why, const char *what, const char *word,
-		      const char *choices, unsigned int *value)
+bool sim_parse_choice(struct sim_text *why, const char *what, const char *word, const char *choices,
+		      unsigned int *value)
 {
 	size_t len = word ? strlen(word) : 0;
 	unsigned int place = 0;
@@ -149,14 +149,13 @@ void sim_print_delay(struct sim_text *text, const struct sim_delay *delay)
 		sim_text_add(text, "%g", low);
 }
 
-bool sim_parse_address(struct sim_text *why, const char *what, const char *word,
-		       uint8_t address[4])
+bool sim_parse_address(struct sim_text *why, const char *what, const char *word, uint8_t address[4])
 {
 	unsigned int part[4];
 	char rest;
 
-	if (!word || sscanf(word, "%3u.%3u.%3u.%3u%c", &part[0], &part[1], &part[2], &part[3],
-			    &rest) != 4)
+	if (!word ||
+	    sscanf(word, "%3u.%3u.%3u.%3u%c", &part[0], &part[1], &part[2], &part[3], &rest) != 4)
 		return refuse(why, what, word, "an address as 127.0.0.1");
 	for (int i = 0; i < 4; i++) {
 		if (part[i] > 255)

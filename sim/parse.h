@@ -24,8 +24,8 @@ bool sim_parse_number(struct sim_text *why, const char *what, const char *word, 
 		      double high, double *value);
 
 /* One of a list, as "off|on"; gives its place in the list. */
-bool sim_parse_choice(struct sim_text *why, const char *what, const char *word,
-		      const char *choices, unsigned int *value);
+bool sim_parse_choice(struct sim_text *why, const char *what, const char *word, const char *choices,
+		      unsigned int *value);
 
 /*
  * A distribution of microseconds: "200", "100-300" evenly, or

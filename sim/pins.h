@@ -29,23 +29,23 @@
 struct sim_pins_config {
 	uint8_t function[SIM_PINS];
 	uint8_t counter_option[SIM_PINS];
-	uint8_t direction[SIM_PINS];	/* counter direction pin code, 0 none */
-	uint8_t connection_signal;	/* 0x1B */
-	uint8_t startup_auto;		/* 0x1E */
+	uint8_t direction[SIM_PINS]; /* counter direction pin code, 0 none */
+	uint8_t connection_signal;   /* 0x1B */
+	uint8_t startup_auto;        /* 0x1E */
 	uint8_t startup_valid;
 	uint8_t startup_values[7];
 };
 
 struct sim_pins {
-	uint64_t latch;			/* bit = pin: logical value last written */
-	uint64_t level;			/* electrical level after the last settling */
+	uint64_t latch; /* bit = pin: logical value last written */
+	uint64_t level; /* electrical level after the last settling */
 	uint32_t counter[SIM_PINS];
 };
 
 /* What stands outside of the pins. */
 struct sim_pins_bench {
-	uint64_t level;			/* driven from outside; pulled up when nothing does */
-	uint8_t wire[SIM_PINS];		/* pin which drives this one, or SIM_NO_PIN */
+	uint64_t level;         /* driven from outside; pulled up when nothing does */
+	uint8_t wire[SIM_PINS]; /* pin which drives this one, or SIM_NO_PIN */
 };
 
 struct sim_device;

@@ -17,7 +17,7 @@ struct sim_planner_limits {
 };
 
 struct sim_planner {
-	double position;	/* with its fraction */
+	double position; /* with its fraction */
 	double speed;
 };
 

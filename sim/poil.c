@@ -101,7 +101,7 @@ SIM_HANDLER(sim_do_poil)
 		dev->run.poil_breakpoint = wire_get_u16(rq + P3);
 		put_status(dev, rp);
 		break;
-	case 0x06:	/* the core in use: there is no other */
+	case 0x06: /* the core in use: there is no other */
 		break;
 	case 0x10:
 		read_memory(dev, rq[P2], wire_get_u16(rq + 4),

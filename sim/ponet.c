@@ -65,8 +65,7 @@ static void settings(struct sim_device *dev, const uint8_t *rq, uint8_t *rp)
 }
 
 /* Start a read of a module, or fetch its outcome: 0x50 data, 0x60 light. */
-static void transfer(struct sim_device *dev, struct sim_transfer *t, const uint8_t *rq,
-		     uint8_t *rp)
+static void transfer(struct sim_device *dev, struct sim_transfer *t, const uint8_t *rq, uint8_t *rp)
 {
 	const struct sim_module *module;
 
@@ -161,13 +160,18 @@ SIM_HANDLER(sim_do_ponet)
 			rp[8] = find(dev, rq[P2])->version;
 		}
 		break;
-	case 0x15: case 0x55: case 0x70:
+	case 0x15:
+	case 0x55:
+	case 0x70:
 		set(dev, rq, rp);
 		break;
-	case 0x20: case 0x21: case 0x25:
+	case 0x20:
+	case 0x21:
+	case 0x25:
 		clear(dev, rq, rp);
 		break;
-	case 0x30: case 0x40:
+	case 0x30:
+	case 0x40:
 		search(dev, rq, rp);
 		break;
 	case 0x50:

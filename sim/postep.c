@@ -11,9 +11,16 @@
 #include "sim/engine_part.h"
 
 enum {
-	ROW = 6, COUNTER = 5,
-	MODE = 0xC0, MODE_WRITE = 0x80, FETCH_ALL = 0x20,
-	NUMBER = 0x1F, NUMBER_STEP = 6, NUMBER_LIMIT = 7, NUMBER_CURRENT = 8, NUMBER_SAVE = 11,
+	ROW = 6,
+	COUNTER = 5,
+	MODE = 0xC0,
+	MODE_WRITE = 0x80,
+	FETCH_ALL = 0x20,
+	NUMBER = 0x1F,
+	NUMBER_STEP = 6,
+	NUMBER_LIMIT = 7,
+	NUMBER_CURRENT = 8,
+	NUMBER_SAVE = 11,
 	FIRST_ADDRESS = 33,
 };
 
@@ -21,9 +28,16 @@ void sim_postep_init(struct sim_postep *postep)
 {
 	for (unsigned int i = 0; i < SIM_AXES; i++)
 		postep[i] = (struct sim_postep){
-			.powered = 1, .address = (uint8_t)(FIRST_ADDRESS + i), .supply = 24 * 4,
-			.temperature = 40, .state = 2, .mode = 1, .step = 4, .limit = 85,
-			.current = { 2000, 1000, 500 }, .version = { 1, 2, 1, 14 },
+			.powered = 1,
+			.address = (uint8_t)(FIRST_ADDRESS + i),
+			.supply = 24 * 4,
+			.temperature = 40,
+			.state = 2,
+			.mode = 1,
+			.step = 4,
+			.limit = 85,
+			.current = { 2000, 1000, 500 },
+			.version = { 1, 2, 1, 14 },
 		};
 }
 
@@ -66,8 +80,9 @@ static void write_number(struct sim_device *dev, unsigned int axis, struct sim_p
 	else if (number == NUMBER_LIMIT)
 		driver->limit = mode[2];
 	else if (number >= NUMBER_CURRENT && number < NUMBER_SAVE)
-		driver->current[number - NUMBER_CURRENT] = wire_get_u16(
-			config->postep_current + ROW * axis + 2 * (number - NUMBER_CURRENT));
+		driver->current[number - NUMBER_CURRENT] =
+			wire_get_u16(config->postep_current + ROW * axis +
+				     2 * (number - NUMBER_CURRENT));
 	else if (number == NUMBER_SAVE)
 		driver->saved++;
 }
@@ -78,8 +93,8 @@ void sim_postep_slot(struct sim_device *dev)
 	const uint8_t *comm = dev->config.engine.postep_comm + 3 * (turn % SIM_AXES);
 	struct sim_postep *driver = &dev->bench.postep[turn % SIM_AXES];
 
-	if (turn >= SIM_AXES || !dev->config.engine.postep_enable || !comm[0] ||
-	    !driver->powered || driver->address != comm[1])
+	if (turn >= SIM_AXES || !dev->config.engine.postep_enable || !comm[0] || !driver->powered ||
+	    driver->address != comm[1])
 		return;
 	if ((comm[2] & MODE) == MODE_WRITE)
 		write_number(dev, turn, driver, comm[2] & NUMBER);

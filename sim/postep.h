@@ -15,14 +15,14 @@
 
 struct sim_postep {
 	uint8_t powered;
-	uint8_t address;	/* I2C */
-	uint8_t supply;		/* 0.25 V */
-	uint8_t temperature;	/* degrees C */
+	uint8_t address;     /* I2C */
+	uint8_t supply;      /* 0.25 V */
+	uint8_t temperature; /* degrees C */
 	uint8_t inputs, state, faults;
 	uint8_t mode, step, limit;
-	uint16_t current[3];	/* full scale, idle, overheat */
-	uint8_t version[4];	/* hardware, firmware */
-	uint8_t saved;		/* times its own memory was written */
+	uint16_t current[3]; /* full scale, idle, overheat */
+	uint8_t version[4];  /* hardware, firmware */
+	uint8_t saved;       /* times its own memory was written */
 };
 
 struct sim_device;

@@ -54,7 +54,7 @@ static void wire_pins(struct sim_device *dev, const uint8_t (*pairs)[2], unsigne
 static void loopback(struct sim_device *dev)
 {
 	static const uint8_t pairs[][2] = {
-		{ 31, 9 }, { 32, 10 }, { 33, 11 }, { 34, 12 },
+		{ 31, 9 },  { 32, 10 }, { 33, 11 }, { 34, 12 },
 		{ 35, 13 }, { 36, 14 }, { 37, 15 }, { 38, 16 },
 	};
 
@@ -91,7 +91,10 @@ static void demo_axis(struct sim_device *dev, unsigned int i)
 static void demo(struct sim_device *dev)
 {
 	static const uint8_t pairs[][2] = {
-		{ 31, 9 }, { 32, 10 }, { 33, 11 }, { 34, 12 },
+		{ 31, 9 },
+		{ 32, 10 },
+		{ 33, 11 },
+		{ 34, 12 },
 	};
 
 	wire_pins(dev, pairs, sizeof(pairs) / sizeof(pairs[0]));
@@ -125,7 +128,10 @@ static void demo(struct sim_device *dev)
 static void home_switch(struct sim_device *dev, unsigned int axis, int32_t to)
 {
 	dev->bench.machine.axis[axis].home = (struct sim_switch){
-		.wired = true, .pin = SIM_DEDICATED, .from = INT32_MIN, .to = to,
+		.wired = true,
+		.pin = SIM_DEDICATED,
+		.from = INT32_MIN,
+		.to = to,
 	};
 }
 
@@ -149,10 +155,14 @@ static void servo_mill(struct sim_device *dev)
 		set_function(dev, direction, SIM_PIN_DIGITAL_OUT);
 		set_function(dev, enable, SIM_PIN_DIGITAL_OUT);
 		encoder(dev, i, 1 + 2 * i, 2 + 2 * i);
-		sim_servo_fit(dev, i, &(struct sim_servo){
-			.kind = SIM_SERVO_SIGN, .pwm = (uint8_t)i,
-			.other = (uint8_t)(direction - 1), .enable = (uint8_t)(enable - 1),
-		}, &sim_motor_small);
+		sim_servo_fit(dev, i,
+			      &(struct sim_servo){
+				      .kind = SIM_SERVO_SIGN,
+				      .pwm = (uint8_t)i,
+				      .other = (uint8_t)(direction - 1),
+				      .enable = (uint8_t)(enable - 1),
+			      },
+			      &sim_motor_small);
 	}
 	dev->config.pwm.period = SERVO_PERIOD;
 }

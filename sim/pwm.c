@@ -18,8 +18,8 @@ static void write_duties(struct sim_device *dev, const uint8_t *rq)
 {
 	struct sim_pwm_config *pwm = &dev->config.pwm;
 	const uint64_t period_ns = (uint64_t)pwm->period * WIRE_PWM_TICK_NS;
-	const uint64_t passed_ns =
-		period_ns ? (dev->now_ns - dev->run.pwm_begun_ns) % period_ns : 0;
+	const uint64_t passed_ns = period_ns ? (dev->now_ns - dev->run.pwm_begun_ns) % period_ns :
+					       0;
 
 	for (unsigned int i = 0; i < 6; i++) {
 		dev->run.pwm_pulse[i] = sim_pwm_duty(dev, i);
@@ -87,7 +87,7 @@ SIM_HANDLER(sim_do_blip)
 	dev->run.blip[pin].period = wire_get_u16(rq + 9);
 	dev->run.blip[pin].left = wire_get_u16(rq + 11);
 	dev->run.blip[pin].duty = rq[13];
-	dev->run.blip[pin].end_ns = dev->now_ns + UINT64_C(100000) *
-				    dev->run.blip[pin].period * dev->run.blip[pin].left;
+	dev->run.blip[pin].end_ns = dev->now_ns + UINT64_C(100000) * dev->run.blip[pin].period *
+							  dev->run.blip[pin].left;
 	return SIM_ANSWER;
 }

@@ -16,9 +16,9 @@
 #include "sim/device.h"
 
 enum sim_answer {
-	SIM_ANSWER,		/* send the reply */
-	SIM_ANSWER_NONE,	/* the operation has no reply (0x4B/0x10) */
-	SIM_ANSWER_UNKNOWN,	/* this device does not have the operation */
+	SIM_ANSWER,         /* send the reply */
+	SIM_ANSWER_NONE,    /* the operation has no reply (0x4B/0x10) */
+	SIM_ANSWER_UNKNOWN, /* this device does not have the operation */
 };
 
 typedef enum sim_answer (*sim_handler)(struct sim_device *dev, const uint8_t *rq, uint8_t *rp);

@@ -68,8 +68,8 @@ static void enqueue(struct sim_rig *rig, uint64_t now_ns)
 {
 	bool streamed = is_streamed(tail(rig));
 
-	if (streamed ? rig->streamed == SIM_RIG_STREAM
-		     : rig->used - rig->streamed == SIM_RIG_QUEUE) {
+	if (streamed ? rig->streamed == SIM_RIG_STREAM :
+		       rig->used - rig->streamed == SIM_RIG_QUEUE) {
 		rig->stats.overflow++;
 		return;
 	}
@@ -148,8 +148,8 @@ unsigned int sim_rig_waiting(const struct sim_rig *rig, uint64_t peer, uint64_t 
 }
 
 /* Nothing happens to a stream on its way: it is there at once, after what came before. */
-static void send_streamed(struct sim_rig *rig, uint64_t now_ns, uint64_t peer,
-			  const uint8_t *bytes, size_t len)
+static void send_streamed(struct sim_rig *rig, uint64_t now_ns, uint64_t peer, const uint8_t *bytes,
+			  size_t len)
 {
 	struct sim_rig_waiting *place;
 
@@ -161,8 +161,8 @@ static void send_streamed(struct sim_rig *rig, uint64_t now_ns, uint64_t peer,
 	enqueue(rig, now_ns);
 }
 
-void sim_rig_send_from(struct sim_rig *rig, uint64_t now_ns, uint64_t peer,
-		       const uint8_t *bytes, size_t len)
+void sim_rig_send_from(struct sim_rig *rig, uint64_t now_ns, uint64_t peer, const uint8_t *bytes,
+		       size_t len)
 {
 	if (peer & SIM_PEER_RELIABLE)
 		send_streamed(rig, now_ns, peer, bytes, len);

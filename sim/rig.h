@@ -33,11 +33,11 @@ struct sim_rig_options {
 	struct sim_device_options device;
 	struct sim_link_options link;
 	uint64_t seed;
-	uint64_t service_ns;	/* time the device takes for a request */
-	uint64_t jitter_ns;	/* and up to this much more, evenly */
-	double hiccup;		/* probability that a request takes hiccup_ns more */
+	uint64_t service_ns; /* time the device takes for a request */
+	uint64_t jitter_ns;  /* and up to this much more, evenly */
+	double hiccup;       /* probability that a request takes hiccup_ns more */
 	uint64_t hiccup_ns;
-	uint64_t save_ns;	/* time it is busy after saving to flash */
+	uint64_t save_ns; /* time it is busy after saving to flash */
 };
 
 struct sim_rig_waiting {
@@ -48,7 +48,7 @@ struct sim_rig_waiting {
 
 struct sim_rig_stats {
 	uint64_t served;
-	uint64_t overflow;	/* requests lost because the device's queue was full */
+	uint64_t overflow; /* requests lost because the device's queue was full */
 	unsigned int high_water;
 };
 
@@ -61,13 +61,13 @@ struct sim_rig {
 	double hiccup;
 	uint64_t hiccup_ns;
 	uint64_t save_ns;
-	uint64_t busy_ns;	/* busy with its flash until then */
-	uint64_t done_ns;	/* when the request at the head is served */
+	uint64_t busy_ns; /* busy with its flash until then */
+	uint64_t done_ns; /* when the request at the head is served */
 	unsigned int head;
 	unsigned int used;
-	unsigned int streamed;	/* of these, came by a stream */
+	unsigned int streamed; /* of these, came by a stream */
 	struct sim_rig_waiting queue[SIM_RIG_PLACES];
-	uint64_t last_peer;	/* of the last reply, and the reply */
+	uint64_t last_peer; /* of the last reply, and the reply */
 	bool replied;
 	uint8_t last_reply[WIRE_PK];
 	struct sim_rig_stats stats;
@@ -100,8 +100,8 @@ void sim_rig_run(struct sim_rig *rig, uint64_t now_ns);
  * nothing: who sends from a reliable peer sees to it that no more than SIM_RIG_STREAM
  * of these wait, and leaves in the stream what has no place.
  */
-void sim_rig_send_from(struct sim_rig *rig, uint64_t now_ns, uint64_t peer,
-		       const uint8_t *bytes, size_t len);
+void sim_rig_send_from(struct sim_rig *rig, uint64_t now_ns, uint64_t peer, const uint8_t *bytes,
+		       size_t len);
 /* How many requests wait at the device whose peer is this one, in the bits of `mask`. */
 unsigned int sim_rig_waiting(const struct sim_rig *rig, uint64_t peer, uint64_t mask);
 bool sim_rig_receive_for(struct sim_rig *rig, uint64_t now_ns, uint64_t *peer, uint8_t *bytes,

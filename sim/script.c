@@ -82,7 +82,9 @@ bool sim_script_parse(struct sim_script *script, char *text, struct sim_text *wh
 			return false;
 		}
 		script->line[script->count++] = (struct sim_script_line){
-			.at_ns = clock_ns, .number = number, .command = line,
+			.at_ns = clock_ns,
+			.number = number,
+			.command = line,
 		};
 	}
 	return true;
@@ -103,8 +105,8 @@ bool sim_script_run(struct sim_script *script, struct sim_control *control, uint
 
 		sim_text_init(&out, buffer, sizeof(buffer));
 		if (!sim_control_run(control, now_ns, line->command, &out)) {
-			sim_text_add(why, "line %u: %.*s", line->number,
-				     (int)strcspn(buffer, "\n"), buffer);
+			sim_text_add(why, "line %u: %.*s", line->number, (int)strcspn(buffer, "\n"),
+				     buffer);
 			return false;
 		}
 	}

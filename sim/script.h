@@ -18,13 +18,13 @@
 #define SIM_SCRIPT_LINES 2048
 
 struct sim_script_line {
-	uint64_t at_ns;		/* since the start */
-	unsigned int number;	/* line of the file */
+	uint64_t at_ns;      /* since the start */
+	unsigned int number; /* line of the file */
 	char *command;
 };
 
 struct sim_script {
-	char *text;		/* the file; the lines point into it */
+	char *text; /* the file; the lines point into it */
 	unsigned int count;
 	unsigned int next;
 	struct sim_script_line line[SIM_SCRIPT_LINES];

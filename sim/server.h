@@ -33,12 +33,12 @@ enum sim_event {
 };
 
 struct sim_tcp_client {
-	int fd;				/* -1 free */
-	uint32_t watched;		/* events of epoll it is watched for */
-	bool ended;			/* it will say nothing more, but may listen */
-	bool broken;			/* it is gone, but has left requests */
-	uint16_t generation;		/* tells its replies from those of one before */
-	uint64_t active_ns;		/* it last said something, waited or took a reply */
+	int fd;              /* -1 free */
+	uint32_t watched;    /* events of epoll it is watched for */
+	bool ended;          /* it will say nothing more, but may listen */
+	bool broken;         /* it is gone, but has left requests */
+	uint16_t generation; /* tells its replies from those of one before */
+	uint64_t active_ns;  /* it last said something, waited or took a reply */
 	size_t received;
 	uint8_t in[SIM_MULTI];
 	size_t to_send;
@@ -63,19 +63,19 @@ struct sim_server {
 	const struct sim_options *options;
 	struct sim_rig *rig;
 	struct sim_control control;
-	struct sim_script *script;	/* NULL none */
+	struct sim_script *script; /* NULL none */
 	uint64_t start_ns;
-	uint64_t reboots;		/* of the device, seen so far */
-	uint16_t port;			/* in use */
+	uint64_t reboots; /* of the device, seen so far */
+	uint16_t port;    /* in use */
 	int epoll;
 	int udp;
-	int search;			/* for broadcasts; -1 when switched off or not to be had */
+	int search; /* for broadcasts; -1 when switched off or not to be had */
 	int listen;
 	int control_listen;
 	int signals;
 	bool stop;
 	struct sim_udp_batch requests, replies;
-	unsigned int to_reply;		/* replies which wait for sim_udp_flush() */
+	unsigned int to_reply; /* replies which wait for sim_udp_flush() */
 	struct sim_tcp_client tcp[SIM_TCP_CLIENTS];
 	struct sim_control_client controller[SIM_CONTROL_CLIENTS];
 };

@@ -29,8 +29,7 @@ static bool is_left_over(const struct sockaddr_un *sa)
 	fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
 	if (fd < 0)
 		return false;
-	dead = connect(fd, (const struct sockaddr *)sa, sizeof(*sa)) < 0 &&
-	       errno == ECONNREFUSED;
+	dead = connect(fd, (const struct sockaddr *)sa, sizeof(*sa)) < 0 && errno == ECONNREFUSED;
 	close(fd);
 	return dead;
 }
@@ -90,8 +89,8 @@ int sim_control_open(struct sim_server *server)
 	if (!path)
 		return 0;
 	if (strlen(path) > sizeof(sa.sun_path) - sizeof(UNHEARD)) {
-		fprintf(stderr, "pokeys-sim: --control: '%s' is longer than %zu characters\n",
-			path, sizeof(sa.sun_path) - sizeof(UNHEARD));
+		fprintf(stderr, "pokeys-sim: --control: '%s' is longer than %zu characters\n", path,
+			sizeof(sa.sun_path) - sizeof(UNHEARD));
 		return -ENAMETOOLONG;
 	}
 	memcpy(sa.sun_path, path, strlen(path) + 1);
@@ -99,7 +98,8 @@ int sim_control_open(struct sim_server *server)
 	if (fd < 0) {
 		fprintf(stderr, "pokeys-sim: --control %s: %s%s\n", path, strerror(-fd),
 			fd == -EADDRINUSE ? ": it is no socket, or another simulator's; give "
-					    "another path" : "");
+					    "another path" :
+					    "");
 		return fd;
 	}
 	server->control_listen = fd;
@@ -144,8 +144,8 @@ void sim_control_accept(struct sim_server *server)
 	close(fd);
 }
 
-static void run_line(struct sim_server *server, struct sim_control_client *client,
-		     uint64_t now_ns, char *line)
+static void run_line(struct sim_server *server, struct sim_control_client *client, uint64_t now_ns,
+		     char *line)
 {
 	static char reply[SIM_CONTROL_REPLY];
 	struct sim_text out;
@@ -156,13 +156,11 @@ static void run_line(struct sim_server *server, struct sim_control_client *clien
 		drop(client);
 }
 
-static void run_lines(struct sim_server *server, struct sim_control_client *client,
-		      uint64_t now_ns)
+static void run_lines(struct sim_server *server, struct sim_control_client *client, uint64_t now_ns)
 {
 	char *end;
 
-	while (client->fd >= 0 &&
-	       (end = memchr(client->line, '\n', client->received)) != NULL) {
+	while (client->fd >= 0 && (end = memchr(client->line, '\n', client->received)) != NULL) {
 		size_t used = (size_t)(end - client->line) + 1;
 
 		*end = '\0';

@@ -32,7 +32,6 @@
 
 static const char passed_on[8] = { 'P', 'K', 'S', 'I', 'M', 'A', 'S', 'K' };
 
-
 #define PASS_ON_LEN (sizeof(passed_on) + 4 + 2)
 
 static bool is_loopback(struct in_addr address)
@@ -142,9 +141,12 @@ static bool receive(struct sim_server *server, uint64_t now_ns)
 	_Alignas(struct cmsghdr) char control[128];
 	struct iovec iov = { bytes, sizeof(bytes) };
 	struct msghdr msg = {
-		.msg_name = &from, .msg_namelen = sizeof(from),
-		.msg_iov = &iov, .msg_iovlen = 1,
-		.msg_control = control, .msg_controllen = sizeof(control),
+		.msg_name = &from,
+		.msg_namelen = sizeof(from),
+		.msg_iov = &iov,
+		.msg_iovlen = 1,
+		.msg_control = control,
+		.msg_controllen = sizeof(control),
 	};
 	ssize_t len = recvmsg(server->search, &msg, 0);
 	struct in_addr to;

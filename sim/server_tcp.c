@@ -60,8 +60,10 @@ int sim_tcp_open(struct sim_server *server)
 	int r = bind_tcp(server);
 
 	if (r < 0) {
-		fprintf(stderr, "pokeys-sim: TCP %u.%u.%u.%u:%u: %s; give another --address or "
-			"--port\n", ip[0], ip[1], ip[2], ip[3], server->port, strerror(-r));
+		fprintf(stderr,
+			"pokeys-sim: TCP %u.%u.%u.%u:%u: %s; give another --address or "
+			"--port\n",
+			ip[0], ip[1], ip[2], ip[3], server->port, strerror(-r));
 		return r;
 	}
 	if (!server->options->tcp)
@@ -101,8 +103,8 @@ void sim_tcp_accept(struct sim_server *server, uint64_t now_ns)
 
 	if (fd < 0)
 		return;
-	if (!client || sim_server_watch(server, fd, SIM_EVENT_TCP,
-					(unsigned int)(client - server->tcp)) < 0) {
+	if (!client ||
+	    sim_server_watch(server, fd, SIM_EVENT_TCP, (unsigned int)(client - server->tcp)) < 0) {
 		close(fd);
 		return;
 	}
@@ -167,8 +169,8 @@ static bool receive_some(struct sim_server *server, uint64_t now_ns, unsigned in
 
 	if (client->fd < 0 || !may_read(server, client))
 		return false;
-	len = recv(client->fd, client->in + client->received,
-		   sizeof(client->in) - client->received, 0);
+	len = recv(client->fd, client->in + client->received, sizeof(client->in) - client->received,
+		   0);
 	if (len < 0) {
 		if (errno != EAGAIN)
 			drop(client);
@@ -269,8 +271,7 @@ static bool is_done(const struct sim_server *server, const struct sim_tcp_client
 {
 	uint64_t most = idle_ns(server);
 
-	return (client->ended && !client->to_send) ||
-	       (most && now_ns - client->active_ns >= most);
+	return (client->ended && !client->to_send) || (most && now_ns - client->active_ns >= most);
 }
 
 static void keep(struct sim_server *server, uint64_t now_ns, struct sim_tcp_client *client)

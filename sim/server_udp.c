@@ -76,7 +76,8 @@ static uint64_t peer_of(const struct sockaddr_in *from)
 static struct sockaddr_in address_of(uint64_t peer)
 {
 	return (struct sockaddr_in){
-		.sin_family = AF_INET, .sin_port = (in_port_t)peer,
+		.sin_family = AF_INET,
+		.sin_port = (in_port_t)peer,
 		.sin_addr.s_addr = (in_addr_t)(peer >> 16),
 	};
 }

@@ -62,7 +62,8 @@ static double duty_of(const struct sim_device *dev, unsigned int channel)
 	if (!(pwm->enabled >> channel & 1) || !pwm->period)
 		return 0;
 	return sim_pwm_duty(dev, channel) < pwm->period ?
-	       (double)sim_pwm_duty(dev, channel) / pwm->period : 1;
+		       (double)sim_pwm_duty(dev, channel) / pwm->period :
+		       1;
 }
 
 double sim_servo_output(const struct sim_device *dev, unsigned int encoder)

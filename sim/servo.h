@@ -14,9 +14,9 @@
  */
 
 enum sim_servo_kind {
-	SIM_SERVO_SIGN,		/* a PWM channel, and a pin for the direction */
-	SIM_SERVO_ANTIPHASE,	/* a PWM channel, whose middle is standstill */
-	SIM_SERVO_TWO_PWM,	/* a PWM channel for each direction */
+	SIM_SERVO_SIGN,      /* a PWM channel, and a pin for the direction */
+	SIM_SERVO_ANTIPHASE, /* a PWM channel, whose middle is standstill */
+	SIM_SERVO_TWO_PWM,   /* a PWM channel for each direction */
 };
 
 #define SIM_SERVO_NONE 255
@@ -24,11 +24,11 @@ enum sim_servo_kind {
 struct sim_servo {
 	bool fitted;
 	enum sim_servo_kind kind;
-	uint8_t pwm;		/* channel */
-	uint8_t other;		/* SIGN: pin, from 0; TWO_PWM: channel */
-	uint8_t enable;		/* pin, from 0; SIM_SERVO_NONE: it is always enabled */
-	int32_t count;		/* of the motor's encoder, when it turned the shaft last */
-	struct sim_switch end[3];	/* minus, plus, home; from..to in counts, on a pin */
+	uint8_t pwm;              /* channel */
+	uint8_t other;            /* SIGN: pin, from 0; TWO_PWM: channel */
+	uint8_t enable;           /* pin, from 0; SIM_SERVO_NONE: it is always enabled */
+	int32_t count;            /* of the motor's encoder, when it turned the shaft last */
+	struct sim_switch end[3]; /* minus, plus, home; from..to in counts, on a pin */
 	struct sim_motor motor;
 };
 

@@ -32,8 +32,7 @@ bool argument_number(const char *name, const char *text, double minimum, double 
 	return take(name, text, minimum, maximum, false, out);
 }
 
-bool argument_whole(const char *name, const char *text, double minimum, double maximum,
-		    double *out)
+bool argument_whole(const char *name, const char *text, double minimum, double maximum, double *out)
 {
 	return take(name, text, minimum, maximum, true, out);
 }

@@ -49,7 +49,8 @@ static struct pokeys_axis_command *command_of(struct axis *axis)
 }
 
 /* The first reason is the one; what follows from it would only hide it. */
-__attribute__((format(printf, 2, 3)))
+static bool fails(struct axis *axis, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
 static bool fails(struct axis *axis, const char *format, ...)
 {
 	char text[240];
@@ -79,7 +80,7 @@ static bool is_another(const struct axis *axis)
 	return axis->state.epoch != axis->began.epoch ||
 	       axis->state.t_link_ns != axis->began.t_link_ns ||
 	       axis_of(axis)->position_epoch !=
-	       axis->began.engine.axis[axis->number].position_epoch;
+		       axis->began.engine.axis[axis->number].position_epoch;
 }
 
 static bool is_on(const struct axis *axis)
@@ -124,11 +125,13 @@ static bool look(struct axis *axis)
 		if (pokeys_client_renew(axis->client))
 			return fails(axis, "%s", lapsed);
 		return fails(axis, "the device or pokeysd is away; the axis may still move: use "
-			     "the emergency stop");
+				   "the emergency stop");
 	}
 	if (axis->fresh && !axis->homing && is_another(axis))
-		return fails(axis, "the device or pokeysd was restarted, or its position was set; "
-			     "it is at %d pulses", axis_of(axis)->position);
+		return fails(axis,
+			     "the device or pokeysd was restarted, or its position was set; "
+			     "it is at %d pulses",
+			     axis_of(axis)->position);
 	if (commander_ended() && !axis->ending)
 		return fails(axis, "ended by a signal");
 	return !has_stopped(axis);
@@ -268,8 +271,10 @@ static bool may_move(struct axis *axis)
 		return fails(axis, "it is not set up; see axes and axis.%u.mode in pokeysd.conf(5)",
 			     axis->number);
 	if (engine->state == 101)
-		return fails(axis, "the pulse engine is stopped by emergency; release the button, "
-			     "then: pokeysctl axis %s %u clear", axis->device, axis->number);
+		return fails(axis,
+			     "the pulse engine is stopped by emergency; release the button, "
+			     "then: pokeysctl axis %s %u clear",
+			     axis->device, axis->number);
 	return true;
 }
 
@@ -278,16 +283,18 @@ static bool leads_away(struct axis *axis, bool forward)
 {
 	if (forward && axis_of(axis)->limit_plus)
 		return fails(axis, "it is on its positive limit switch, and can only be moved back "
-			     "from it: a negative number");
+				   "from it: a negative number");
 	if (!forward && axis_of(axis)->limit_minus)
 		return fails(axis, "it is on its negative limit switch, and can only be moved back "
-			     "from it: a positive number");
+				   "from it: a positive number");
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		const struct pokeys_axis *other = &axis->state.engine.axis[i];
 
 		if (i != axis->number && other->mode && (other->limit_minus || other->limit_plus))
-			return fails(axis, "axis %u is on a limit switch; move that one off it "
-				     "first", i);
+			return fails(axis,
+				     "axis %u is on a limit switch; move that one off it "
+				     "first",
+				     i);
 	}
 	return true;
 }
@@ -316,9 +323,11 @@ static bool choose_speed(struct axis *axis)
 		return fails(axis, "--speed %g is above its highest speed, %g pulses/s",
 			     axis->speed, most);
 	if (!has_speeds(&axis->state) && axis->speed != most)
-		return fails(axis, "this device would move it at its highest speed (an axis is in "
+		return fails(axis,
+			     "this device would move it at its highest speed (an axis is in "
 			     "velocity mode, or the firmware is older than 4.4.7); --speed %g "
-			     "permits that", most);
+			     "permits that",
+			     most);
 	if (axis->speed <= 0)
 		axis->speed = most * USUAL_PART;
 	return true;
@@ -328,8 +337,7 @@ static bool choose_speed(struct axis *axis)
 static bool plan(struct axis *axis, const struct axis_order *wanted, int32_t *to)
 {
 	const int64_t from = axis_of(axis)->position;
-	const int64_t there = wanted->verb == AXIS_MOVE_TO ? wanted->pulses :
-							      from + wanted->pulses;
+	const int64_t there = wanted->verb == AXIS_MOVE_TO ? wanted->pulses : from + wanted->pulses;
 
 	if (there > FURTHEST || there < -FURTHEST)
 		return fails(axis, "%lld pulses are too far; the device goes to +-%d",
@@ -378,13 +386,15 @@ static bool travel(struct axis *axis, double speed, int32_t to,
 			return false;
 		if (axis->state.flags & POKEYS_STATE_BAD_COMMAND)
 			return fails(axis, "the daemon refuses this position; \"pokeysctl "
-				     "events\" says why");
+					   "events\" says why");
 		if (axis_of(axis)->position != last)
 			moved_ms = now_ms;
 		last = axis_of(axis)->position;
 		if (now_ms - moved_ms > STILL_MS)
-			return fails(axis, "it is at %d pulses and does not move; \"pokeysctl "
-				     "events\" may say why", last);
+			return fails(axis,
+				     "it is at %d pulses and does not move; \"pokeysctl "
+				     "events\" may say why",
+				     last);
 	}
 	return true;
 }
@@ -404,13 +414,15 @@ static bool leave_switch(struct axis *axis, int32_t to)
 	const double speed = (double)axis_of(axis)->max_speed * LEAVE_PART;
 	const int32_t from = axis_of(axis)->position;
 	const double most = speed * LEAVE_S;
-	const int32_t end = fabs((double)to - from) <= most ? to :
-			    (int32_t)(to > from ? from + most : from - most);
+	const int32_t end = fabs((double)to - from) <= most ?
+				    to :
+				    (int32_t)(to > from ? from + most : from - most);
 
 	if (!travel(axis, speed, end, is_off_switch))
 		return false;
 	if (on_switch(axis))
-		return fails(axis, "its limit switch is still pressed, %d pulses on; move it "
+		return fails(axis,
+			     "its limit switch is still pressed, %d pulses on; move it "
 			     "further, or are plus and minus exchanged?",
 			     abs(axis_of(axis)->position - from));
 	axis->command.flags &= ~(uint32_t)POKEYS_COMMAND_LIMIT_OVERRIDE;
@@ -424,7 +436,8 @@ static bool move(struct axis *axis, const struct axis_order *wanted)
 	int32_t to;
 
 	if (axis_of(axis)->mode != POKEYS_AXIS_POSITION)
-		return fails(axis, "it is in %s mode, and only one in position mode can be moved; "
+		return fails(axis,
+			     "it is in %s mode, and only one in position mode can be moved; "
 			     "see axis.%u.mode in pokeysd.conf(5)",
 			     axis_of(axis)->mode == POKEYS_AXIS_BUFFERED ? "buffered" : "velocity",
 			     axis->number);

@@ -14,26 +14,26 @@ enum axis_verb { AXIS_MOVE, AXIS_MOVE_TO, AXIS_HOME, AXIS_STOP, AXIS_CLEAR };
 struct axis_order {
 	enum axis_verb verb;
 	unsigned int axis;
-	int32_t pulses;			/* to go, or where to */
+	int32_t pulses; /* to go, or where to */
 };
 
 /* A run of the command. */
 struct axis {
 	const char *device;
 	unsigned int number;
-	double speed;			/* pulses/s, 0 = not said */
+	double speed; /* pulses/s, 0 = not said */
 	pokeys_client *client;
-	struct pokeys_state state;	/* read last */
-	struct pokeys_state began;	/* as it was at the beginning */
+	struct pokeys_state state; /* read last */
+	struct pokeys_state began; /* as it was at the beginning */
 	struct pokeys_command command;
-	uint64_t read_ns;		/* when `state` was read */
-	uint64_t fresh_ms, given_ms;	/* when it was fresh last, and something commanded */
-	bool fresh;			/* the last look has seen a device that is well */
-	bool given;			/* something is commanded */
-	bool lapsed;			/* it was not, for a while */
-	bool on;			/* the machine is, or was until something stopped it */
-	bool homing, ending;		/* then positions, or signals, do not matter */
-	bool told;			/* it has been said what is wrong */
+	uint64_t read_ns;            /* when `state` was read */
+	uint64_t fresh_ms, given_ms; /* when it was fresh last, and something commanded */
+	bool fresh;                  /* the last look has seen a device that is well */
+	bool given;                  /* something is commanded */
+	bool lapsed;                 /* it was not, for a while */
+	bool on;                     /* the machine is, or was until something stopped it */
+	bool homing, ending;         /* then positions, or signals, do not matter */
+	bool told;                   /* it has been said what is wrong */
 };
 
 /* Judge the command line. False if it is wrong, and it has been said. */

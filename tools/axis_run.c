@@ -15,7 +15,9 @@ static const struct pokeys_axis *axis_of(const struct loop_run *run, unsigned in
 }
 
 /* The first reason only, as the others follow from it. Returns false. */
-__attribute__((format(printf, 3, 4)))
+static bool fails(struct loop_run *run, unsigned int axis, const char *format, ...)
+	__attribute__((format(printf, 3, 4)));
+
 static bool fails(struct loop_run *run, unsigned int axis, const char *format, ...)
 {
 	char text[240], name[32];
@@ -81,10 +83,14 @@ static bool are_enabled(const struct loop_run *run)
 static void command(struct loop_run *run, uint8_t axes, bool enable)
 {
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		run->command.axis[i] = axes >> i & 1 ? (struct pokeys_axis_command){
-			.position = axis_of(run, i)->position, .mode = axis_of(run, i)->mode,
-			.enable = enable,
-		} : (struct pokeys_axis_command){ .mode = POKEYS_AXIS_OFF };
+		run->command.axis[i] =
+			axes >> i & 1 ?
+				(struct pokeys_axis_command){
+					.position = axis_of(run, i)->position,
+					.mode = axis_of(run, i)->mode,
+					.enable = enable,
+				} :
+				(struct pokeys_axis_command){ .mode = POKEYS_AXIS_OFF };
 }
 
 void axis_run_keep(struct loop_run *run, uint8_t axes)
@@ -98,17 +104,21 @@ static bool may_move(struct loop_run *run, unsigned int axis)
 	const struct pokeys_engine *engine = &run->state.engine;
 
 	if (axis >= engine->axes_enabled || !axis_of(run, axis)->mode)
-		return fails(run, axis, "it is not set up; see axes and axis.%u.mode in "
-			     "pokeysd.conf(5)", axis);
+		return fails(run, axis,
+			     "it is not set up; see axes and axis.%u.mode in "
+			     "pokeysd.conf(5)",
+			     axis);
 	if (engine->emergency)
 		return fails(run, axis, "the emergency input is active");
 	if (axis_of(run, axis)->limit_minus || axis_of(run, axis)->limit_plus)
-		return fails(run, axis, "it is on its %s limit switch; move it off first: "
+		return fails(run, axis,
+			     "it is on its %s limit switch; move it off first: "
 			     "pokeysctl axis %s %u move PULSES",
-			     axis_of(run, axis)->limit_minus ? "negative" : "positive",
-			     run->device, axis);
+			     axis_of(run, axis)->limit_minus ? "negative" : "positive", run->device,
+			     axis);
 	if (is_tripped(run))
-		return fails(run, axis, "the pulse engine is stopped by %s; when the cause is "
+		return fails(run, axis,
+			     "the pulse engine is stopped by %s; when the cause is "
 			     "gone: pokeysctl axis %s %u clear",
 			     engine->state == 101 ? "emergency" : "a limit switch", run->device,
 			     axis);
@@ -173,6 +183,6 @@ void axis_run_switch_off(struct loop_run *run)
 
 bool axis_run_finish(struct loop_run *run)
 {
-	*run->name = '\0';	/* no motor's */
+	*run->name = '\0'; /* no motor's */
 	return loop_await(run, "the pulse engine does not stop", is_still);
 }

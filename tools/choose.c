@@ -22,8 +22,8 @@ bool choose(const struct choice *choice, const char *name)
 
 const char *choose_only(const struct choice *choice)
 {
-	return choice->count == 1 && !strpbrk(choice->patterns[0], "*?[\\") ?
-	       choice->patterns[0] : NULL;
+	return choice->count == 1 && !strpbrk(choice->patterns[0], "*?[\\") ? choice->patterns[0] :
+									      NULL;
 }
 
 void choose_each(const struct choice *choice, choose_function *each, void *argument)
@@ -42,8 +42,7 @@ void choose_each(const struct choice *choice, choose_function *each, void *argum
 	}
 }
 
-static void count(void *argument, const struct model_row *row, unsigned int index,
-		  const char *name)
+static void count(void *argument, const struct model_row *row, unsigned int index, const char *name)
 {
 	(void)row;
 	(void)index;
@@ -93,12 +92,12 @@ int choose_check(const struct choice *choice, const char *command)
 			complain("%s: \"%s\" can be commanded, but not read", command, name);
 		else if (model_is_hal_name(name, &instead))
 			complain("%s: \"%s\" exists only in LinuxCNC (halcmd getp pokeys.N.%s)%s%s",
-				 command, name, name,
-				 instead ? "; the device's own value is " : "",
+				 command, name, name, instead ? "; the device's own value is " : "",
 				 instead ? numbered(instead, name, text) : "");
 		else
 			complain("%s: no value is named \"%s\"; \"pokeysctl names\" lists the "
-				 "names", command, name);
+				 "names",
+				 command, name);
 		return STATUS_USAGE;
 	}
 	return STATUS_OK;

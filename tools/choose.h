@@ -9,9 +9,9 @@
 
 /* No pattern chooses everything. */
 struct choice {
-	char *const *patterns;	/* as fnmatch(3) has them */
+	char *const *patterns; /* as fnmatch(3) has them */
 	size_t count;
-	bool readable;		/* not what is only commanded */
+	bool readable; /* not what is only commanded */
 };
 
 bool choose(const struct choice *choice, const char *name);

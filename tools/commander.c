@@ -20,8 +20,10 @@
 #include "tools/view.h"
 
 enum {
-	PERIOD_MS = 1, LEASE_MS = 1000,
-	ATTACH_MS = 3000, REFUSED_MS = 1000,
+	PERIOD_MS = 1,
+	LEASE_MS = 1000,
+	ATTACH_MS = 3000,
+	REFUSED_MS = 1000,
 };
 #define SILENT_NS UINT64_C(500000000)
 
@@ -120,19 +122,20 @@ static bool attach(pokeys_client *client, struct pokeys_state *state)
 		}
 		read = attached == POKEYS_CLIENT_ATTACHED && !pokeys_client_read(client, state);
 		read = read && pokeys_age_ns(state->t_publish_ns, view_now()) < SILENT_NS;
-		if (read && state->link == POKEYS_LINK_RUNNING &&
-		    state->flags & POKEYS_STATE_SAFE)
+		if (read && state->link == POKEYS_LINK_RUNNING && state->flags & POKEYS_STATE_SAFE)
 			return true;
 		commander_nap(COMMANDER_TURN_MS);
 	} while (!ended && commander_ms() < end_ms);
 	if (ended)
 		complain("ended before anything was commanded");
 	else if (!read)
-		complain("%s", attached == POKEYS_CLIENT_ATTACHED ? "pokeysd does not publish" :
-			 why);
+		complain("%s",
+			 attached == POKEYS_CLIENT_ATTACHED ? "pokeysd does not publish" : why);
 	else
-		complain("%s; pokeysctl status says why", state->link != POKEYS_LINK_RUNNING ?
-			 "the device does not answer" : "the outputs are not in the safe state");
+		complain("%s; pokeysctl status says why",
+			 state->link != POKEYS_LINK_RUNNING ?
+				 "the device does not answer" :
+				 "the outputs are not in the safe state");
 	return false;
 }
 
@@ -149,7 +152,8 @@ pokeys_client *commander_open(const struct options *options, const char *device,
 	if (pokeys_client_open(&client, options->runtime_directory, device, "pokeysctl",
 			       POKEYS_CLIENT_COMMANDER)) {
 		complain("\"%s\" is not the name of a device, or the path of the runtime folder "
-			 "is too long (49 characters)", device);
+			 "is too long (49 characters)",
+			 device);
 		*status = STATUS_USAGE;
 		return NULL;
 	}

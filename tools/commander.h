@@ -23,7 +23,7 @@ bool commander_ended(void);
 /* CLOCK_MONOTONIC. */
 uint64_t commander_ms(void);
 
-enum { COMMANDER_TURN_MS = 20 };	/* often enough for whoever looks on */
+enum { COMMANDER_TURN_MS = 20 }; /* often enough for whoever looks on */
 
 void commander_nap(unsigned int ms);
 

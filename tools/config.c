@@ -77,8 +77,8 @@ static int show(const struct options *options)
 	if (!result && options->json)
 		config_print_show_json(options->names[1], &report, stdout);
 	else if (!result)
-		config_print_show(options->names[1], view->device[0].state.identity.serial,
-				  &report, stdout);
+		config_print_show(options->names[1], view->device[0].state.identity.serial, &report,
+				  stdout);
 	view_close(view);
 	return result ? STATUS_FAILED : STATUS_OK;
 }
@@ -124,7 +124,10 @@ int command_config(const struct options *options)
 		const char *name;
 		int (*run)(const struct options *options);
 	} verbs[] = {
-		{ "show", show }, { "diff", diff }, { "apply", order }, { "save", order },
+		{ "show", show },
+		{ "diff", diff },
+		{ "apply", order },
+		{ "save", order },
 	};
 
 	for (size_t i = 0; options->name_count == 2 && i < sizeof(verbs) / sizeof(verbs[0]); i++)

@@ -13,24 +13,29 @@
 #include "tools/config_print.h"
 #include "tools/print.h"
 
-enum { COLUMNS = 96, WHY_MAX = SETTINGS_VALUE_MAX + 64, HEAD_LINES = 2, ROUNDS = 200,
-       HELP_MAX = 600 };
+enum {
+	COLUMNS = 96,
+	WHY_MAX = SETTINGS_VALUE_MAX + 64,
+	HEAD_LINES = 2,
+	ROUNDS = 200,
+	HELP_MAX = 600
+};
 
 /* A key that the device has said something of. */
 struct entry {
 	const struct settings_key *key;
 	uint32_t index;
 	char text[SETTINGS_VALUE_MAX];
-	bool said;		/* pokeysd.conf can express the value */
-	bool is_line;		/* printed as a line, not as a comment */
-	unsigned long line;	/* its number when the draft was judged last, 0 = it was none */
-	char why[WHY_MAX];	/* the reason why it is a comment; "" = nothing is set up */
+	bool said;          /* pokeysd.conf can express the value */
+	bool is_line;       /* printed as a line, not as a comment */
+	unsigned long line; /* its number when the draft was judged last, 0 = it was none */
+	char why[WHY_MAX];  /* the reason why it is a comment; "" = nothing is set up */
 };
 
 struct draft {
 	const struct pokeys_settings *device;
-	bool is_wish;		/* of somebody, who sets what is given, and not what a device has */
-	struct pokeys_settings listed;	/* the device's, without terminals that are in no list */
+	bool is_wish; /* of somebody, who sets what is given, and not what a device has */
+	struct pokeys_settings listed; /* the device's, without terminals that are in no list */
 	struct entry *entry;
 	size_t count;
 	struct config config;
@@ -106,8 +111,7 @@ static void choose_lines(struct draft *draft)
 		entry->is_line = draft->is_wish || strchr(entry->key->name, '#') ||
 				 is_of(entry, "axes") || is_of(entry, "backlash") ||
 				 any_is_set_up(draft, entry);
-		if (!draft->is_wish &&
-		    (is_of(entry, "postep") || is_of(entry, "axis.#.postep")))
+		if (!draft->is_wish && (is_of(entry, "postep") || is_of(entry, "axis.#.postep")))
 			entry->is_line = false;
 	}
 	for (size_t i = 0; i < draft->count; i++) {
@@ -118,8 +122,10 @@ static void choose_lines(struct draft *draft)
 			comment(draft, entry, "");
 		if (entry->said)
 			continue;
-		snprintf(why, sizeof(why), "The device's value is %s, which pokeysd.conf cannot "
-			 "express.", entry->text);
+		snprintf(why, sizeof(why),
+			 "The device's value is %s, which pokeysd.conf cannot "
+			 "express.",
+			 entry->text);
 		comment(draft, entry, why);
 	}
 }
@@ -329,7 +335,8 @@ static int write_draft(struct draft *draft, FILE *to)
 	if (!draft->is_wish)
 		fputs("\n# The device's present settings. If you change a line, pokeysd changes\n"
 		      "# that setting in the device. Otherwise, it changes only the device's\n"
-		      "# failsafe.\n", to);
+		      "# failsafe.\n",
+		      to);
 	for (size_t i = 0; i < draft->count; i++)
 		print_entry(draft, &draft->entry[i], to);
 	config_print_odd_pins(draft->device, to);
@@ -377,7 +384,7 @@ void config_draft_name(const char *text, size_t length, const char *otherwise, c
 	for (size_t i = 0; i < length && text[i] && at + 1 < size; i++)
 		if (strchr(allowed, text[i]))
 			name[at++] = text[i];
-		else if (at && name[at - 1] != '-')	/* -x would be an option */
+		else if (at && name[at - 1] != '-') /* -x would be an option */
 			name[at++] = '-';
 	while (at && name[at - 1] == '-')
 		at--;

@@ -13,10 +13,8 @@
 enum { DIGITAL = 0x06, INVERTED = 0x80 };
 
 static const char *const state_names[] = {
-	[POKEYS_CONFIG_UNKNOWN] = "unknown",
-	[POKEYS_CONFIG_WAITING] = "waiting",
-	[POKEYS_CONFIG_APPLYING] = "applying",
-	[POKEYS_CONFIG_APPLIED] = "applied",
+	[POKEYS_CONFIG_UNKNOWN] = "unknown",   [POKEYS_CONFIG_WAITING] = "waiting",
+	[POKEYS_CONFIG_APPLYING] = "applying", [POKEYS_CONFIG_APPLIED] = "applied",
 	[POKEYS_CONFIG_REFUSED] = "refused",
 };
 

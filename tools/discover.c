@@ -21,7 +21,7 @@ enum { FOUND_MAX = 256 };
 
 struct search {
 	size_t count;
-	unsigned int strange;		/* datagrams that are no answer of a device */
+	unsigned int strange; /* datagrams that are no answer of a device */
 	struct found found[FOUND_MAX];
 };
 
@@ -128,12 +128,15 @@ static void say_network(const struct discovery_network *network, uint16_t port)
 	if (network->error)
 		fprintf(stderr, "  not asked at %s (%s/%u): %s\n", name, address, own->prefix,
 			network->error == -EOPNOTSUPP ?
-			"it cannot send broadcasts; use --address with the device's address" :
-			strerror(-network->error));
+				"it cannot send broadcasts; use --address with the "
+				"device's address" :
+				strerror(-network->error));
 	else
-		fprintf(stderr, "  asked at %s (%s/%u), from UDP port %u to port 20055 of %s%s"
-			"255.255.255.255\n", name, address, own->prefix, port,
-			own->broadcast ? broadcast : "", own->broadcast ? " and " : "");
+		fprintf(stderr,
+			"  asked at %s (%s/%u), from UDP port %u to port 20055 of %s%s"
+			"255.255.255.255\n",
+			name, address, own->prefix, port, own->broadcast ? broadcast : "",
+			own->broadcast ? " and " : "");
 }
 
 /* Why nobody was found, as far as it can be known here, and what to do. */
@@ -150,20 +153,25 @@ static void say_why(const struct discovery_report *report, unsigned int strange,
 		char address[16];
 
 		discover_address(report->unheard_from[i], address);
-		fprintf(stderr, "  %s has answered, but this computer dropped the answer: let its "
+		fprintf(stderr,
+			"  %s has answered, but this computer dropped the answer: let its "
 			"firewall accept UDP from port 20055 (or see rp_filter), or set "
-			"address = %s in pokeysd.conf\n", address, address);
+			"address = %s in pokeysd.conf\n",
+			address, address);
 	}
 	if (!report->networks && !options->interface)
 		fputs("  no interface but loopback is up and has an IPv4 address: check \"ip "
-		      "address\"\n", stderr);
+		      "address\"\n",
+		      stderr);
 	else if (!report->unheard && report->overheard && !strange)
 		fputs("  no answer has reached this computer: check the device's power and cable, "
-		      "and whether it is in one of these networks\n", stderr);
+		      "and whether it is in one of these networks\n",
+		      stderr);
 	else if (!report->unheard && !report->overheard)
 		fputs("  check the device's power and cable, and whether it is in one of these "
 		      "networks; or a firewall on this computer drops the answers: run this "
-		      "command as root to find out\n", stderr);
+		      "command as root to find out\n",
+		      stderr);
 }
 
 int command_discover(const struct options *options)
@@ -193,7 +201,7 @@ int command_discover(const struct options *options)
 			 options->interface ? " at --interface " : "",
 			 options->interface ? options->interface : "",
 			 result == -ENODEV ? "there is no such interface; ip link lists them" :
-			 strerror(-result));
+					     strerror(-result));
 		return STATUS_FAILED;
 	}
 	qsort(search.found, search.count, sizeof(search.found[0]), by_serial);

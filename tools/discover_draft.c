@@ -40,7 +40,8 @@ static enum survey_state converse(struct transport *t, struct survey *survey)
 		t->ops->wait(t, view_now() + TURN_NS);
 		while (t->ops->receive(t, &packet) > 0) {
 			const struct pokeys_rx rx = {
-				.address = packet.address, .port = packet.port,
+				.address = packet.address,
+				.port = packet.port,
 			};
 
 			survey_deliver(survey, packet.data, packet.length, &rx, view_now());
@@ -58,7 +59,9 @@ static int read_device(const struct found *found, const struct options *options,
 {
 	const struct transport_options how = { .interface = options->interface };
 	const struct transport_address at = {
-		.address = found->from.address, .port = PORT, .interface = found->from.interface,
+		.address = found->from.address,
+		.port = PORT,
+		.interface = found->from.interface,
 	};
 	struct transport *t = NULL;
 	const char *why;
@@ -92,7 +95,7 @@ static void make_unique(char names[][POKEYS_SHM_NAME_MAX], size_t count)
 		if (strcmp(names[i], name) != 0)
 			continue;
 		snprintf(name + length, 5, "-%u", number++ % 1000);
-		i = SIZE_MAX;	/* from the first one: this name may exist as well */
+		i = SIZE_MAX; /* from the first one: this name may exist as well */
 	}
 }
 
@@ -141,15 +144,18 @@ static void print_head(const struct found *found, size_t count, FILE *to)
 	      "# remove the \";\".\n"
 	      "\n"
 	      "[daemon]\n"
-	      "# Members of this group may command the devices.\n", to);
+	      "# Members of this group may command the devices.\n",
+	      to);
 	fprintf(to, "%sgroup = pokeys\n", getgrnam("pokeys") ? "" : "; ");
 	if (*interface)
-		fprintf(to, "# To use only this network card, enable this line.\n"
+		fprintf(to,
+			"# To use only this network card, enable this line.\n"
 			"; interface = %s\n",
 			interface);
 	fputs("# The core that runs only the realtime thread; \"pokeysctl doctor\" explains how\n"
 	      "# to reserve one.\n"
-	      "; cpu = 1\n", to);
+	      "; cpu = 1\n",
+	      to);
 }
 
 /* Keys that a machine needs and that cannot be read from the device. */
@@ -159,7 +165,8 @@ static void suggest(FILE *to)
 	      "# keep their value, outputs in safe-on go on, and all others go off.\n"
 	      "; safe-hold = 31\n"
 	      "; safe-on = 32\n"
-	      "; heartbeat-timeout-ms = 100\n", to);
+	      "; heartbeat-timeout-ms = 100\n",
+	      to);
 }
 
 static const char *const endings[] = {
@@ -175,12 +182,16 @@ static void print_place(const struct found *found, const char *address, FILE *to
 	if (found->answer.serial)
 		fprintf(to, "serial = %u\n", found->answer.serial);
 	if (interface_to(&found->from))
-		fprintf(to, "# If the address is set, pokeysd does not search for the device.\n"
-			"; address = %s\n", address);
+		fprintf(to,
+			"# If the address is set, pokeysd does not search for the device.\n"
+			"; address = %s\n",
+			address);
 	else
-		fprintf(to, "# pokeysd searches only the networks of this computer. This device\n"
+		fprintf(to,
+			"# pokeysd searches only the networks of this computer. This device\n"
 			"# is in another one, so its address is required.\n"
-			"address = %s\n", address);
+			"address = %s\n",
+			address);
 }
 
 /* Whether its settings are in the file. */
@@ -203,16 +214,20 @@ static bool print_device(const struct found *found, const char *name, const stru
 		fprintf(to, "; [device %s]\n; serial = %u\n", name, found->answer.serial);
 		return false;
 	}
-	fprintf(to, "# You may change this name. LinuxCNC (devices=) and pokeysctl use it.\n"
-		"[device %s]\n", name);
+	fprintf(to,
+		"# You may change this name. LinuxCNC (devices=) and pokeysctl use it.\n"
+		"[device %s]\n",
+		name);
 	print_place(found, address, to);
 	if (!failure && state == SURVEY_LOCKED)
 		fputs("# Write the password into the following file, as its only line.\n"
-		      "; password-file = /etc/pokeysd/password\n", to);
+		      "; password-file = /etc/pokeysd/password\n",
+		      to);
 	suggest(to);
 	whole = !failure && state == SURVEY_DONE;
 	if (whole && survey_unanswered(survey))
-		fprintf(to, "\n# The device did not answer %u of the requests for its settings.\n"
+		fprintf(to,
+			"\n# The device did not answer %u of the requests for its settings.\n"
 			"# The settings that are missing below are unknown.\n",
 			survey_unanswered(survey));
 	if (whole && config_draft_settings(survey_settings(survey), to))
@@ -266,7 +281,8 @@ static bool print_devices(const struct found *found, size_t count, const struct 
 				  sizeof(names[printed]));
 		make_unique(names, printed);
 		all = print_device(&found[i], names[printed], survey, state,
-				   failure ? strerror(-failure) : NULL, to) && all;
+				   failure ? strerror(-failure) : NULL, to) &&
+		      all;
 		/* devices that the daemon cannot drive do not count towards the limit */
 		if (!failure && (state == SURVEY_UNSUPPORTED || state == SURVEY_OTHER))
 			continue;

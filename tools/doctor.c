@@ -24,8 +24,7 @@ static void look_at_daemon(struct doctor *doctor, const char *runtime_directory)
 	int known = *doctor->root ? 0 : pokeys_shm_devices(runtime_directory, names, VIEW_DEVICES);
 
 	doctor->hidden = known == -EACCES;
-	if (known <= 0 ||
-	    view_attach(&doctor->view, runtime_directory, names, (size_t)known))
+	if (known <= 0 || view_attach(&doctor->view, runtime_directory, names, (size_t)known))
 		return;
 	view_read(&doctor->view);
 	for (size_t i = 0; i < doctor->view.count; i++) {
@@ -105,8 +104,8 @@ void doctor_print(const struct doctor_report *report, FILE *to)
 	fprintf(to, "%u problem%s, %u advice, %u unknown, %u ok\n",
 		doctor_count(report, DOCTOR_PROBLEM),
 		doctor_count(report, DOCTOR_PROBLEM) == 1 ? "" : "s",
-		doctor_count(report, DOCTOR_ADVICE),
-		doctor_count(report, DOCTOR_UNKNOWN), doctor_count(report, DOCTOR_OK));
+		doctor_count(report, DOCTOR_ADVICE), doctor_count(report, DOCTOR_UNKNOWN),
+		doctor_count(report, DOCTOR_OK));
 }
 
 void doctor_print_json(const struct doctor_report *report, FILE *to)
@@ -162,7 +161,7 @@ int command_doctor(const struct options *options)
 	doctor_judge(&doctor, &report);
 	if (options->fix || options->undo) {
 		status = options->fix ? fix_run(&doctor, &report, options) :
-			 fix_undo(&doctor, options);
+					fix_undo(&doctor, options);
 		view_close(&doctor.view);
 		return status;
 	}

@@ -22,54 +22,54 @@ enum { DOCTOR_FINDINGS = 64 + 16 * DOCTOR_DEVICES };
 
 enum doctor_verdict {
 	DOCTOR_OK,
-	DOCTOR_ADVICE,			/* works, and could be better */
-	DOCTOR_PROBLEM,			/* will be late, or does not work */
-	DOCTOR_UNKNOWN,			/* could not be seen; the text says why */
+	DOCTOR_ADVICE,  /* works, and could be better */
+	DOCTOR_PROBLEM, /* will be late, or does not work */
+	DOCTOR_UNKNOWN, /* could not be seen; the text says why */
 };
 
 /* Where the packets to one device go. */
 struct doctor_device {
 	char name[DOCTOR_NAME];
-	uint32_t address;		/* host byte order, 0 = not known */
-	char nic[16];			/* empty = no route */
+	uint32_t address; /* host byte order, 0 = not known */
+	char nic[16];     /* empty = no route */
 	bool through_router;
-	char aside[16];			/* answers at nic, though its route leads here */
+	char aside[16]; /* answers at nic, though its route leads here */
 };
 
 /* The daemon's configuration, as far as it matters here. */
 struct doctor_plan {
 	bool read;
-	const char *unread;		/* why not, NULL = nothing is wrong, or there is none */
+	const char *unread; /* why not, NULL = nothing is wrong, or there is none */
 	char path[256];
-	char cpu_from[320];		/* the file whose cpu = counts */
-	char interface[16];		/* empty = as the routes say */
-	char runtime[256];		/* empty = not set */
-	int cpu;			/* -1 = any */
-	bool spin, chosen;		/* chosen: by mode, not left to auto */
+	char cpu_from[320]; /* the file whose cpu = counts */
+	char interface[16]; /* empty = as the routes say */
+	char runtime[256];  /* empty = not set */
+	int cpu;            /* -1 = any */
+	bool spin, chosen;  /* chosen: by mode, not left to auto */
 	double duty;
 	int priority;
 };
 
 struct doctor {
-	const char *root;		/* "" or the folder of a copied machine */
-	const char *config;		/* that was named, NULL = the usual one */
+	const char *root;   /* "" or the folder of a copied machine */
+	const char *config; /* that was named, NULL = the usual one */
 	struct doctor_plan plan;
-	int cpu;			/* the core that is judged, -1 = none */
-	bool hidden;			/* the runtime folder is there, but not for us */
-	int daemon, hal, balancer;	/* process, 0 = does not run, -1 = not to be seen */
+	int cpu;                   /* the core that is judged, -1 = none */
+	bool hidden;               /* the runtime folder is there, but not for us */
+	int daemon, hal, balancer; /* process, 0 = does not run, -1 = not to be seen */
 	bool routes_read;
 	size_t devices;
 	struct doctor_device device[DOCTOR_DEVICES];
-	struct view view;		/* count = 0: no daemon was seen */
+	struct view view; /* count = 0: no daemon was seen */
 };
 
 struct doctor_finding {
 	const char *check;
-	char subject[DOCTOR_NAME];	/* core, network interface, device; empty = the machine */
+	char subject[DOCTOR_NAME]; /* core, network interface, device; empty = the machine */
 	enum doctor_verdict verdict;
 	char why[320];
-	char mend[512];			/* empty = nothing to do */
-	char keep[160];			/* it lasts until the next boot; how it lasts; or empty */
+	char mend[512]; /* empty = nothing to do */
+	char keep[160]; /* it lasts until the next boot; how it lasts; or empty */
 	/* What the check is to look at, by its scope. */
 	const struct doctor_device *device;
 	const struct view_device *seen;
@@ -95,18 +95,17 @@ struct doctor_checks {
 	size_t count;
 };
 extern const struct doctor_checks doctor_kernel_checks, doctor_core_checks, doctor_power_checks,
-	doctor_interrupt_checks, doctor_nic_checks,
-	doctor_right_checks, doctor_daemon_checks;
+	doctor_interrupt_checks, doctor_nic_checks, doctor_right_checks, doctor_daemon_checks;
 
 /* The verdict with one line of reason, and how to mend it. */
-__attribute__((format(printf, 3, 4)))
-void doctor_say(struct doctor_finding *finding, enum doctor_verdict verdict, const char *why, ...);
-__attribute__((format(printf, 2, 3)))
-void doctor_mend(struct doctor_finding *finding, const char *mend, ...);
+void doctor_say(struct doctor_finding *finding, enum doctor_verdict verdict, const char *why, ...)
+	__attribute__((format(printf, 3, 4)));
+void doctor_mend(struct doctor_finding *finding, const char *mend, ...)
+	__attribute__((format(printf, 2, 3)));
 
 /* The command lasts until the next boot only: what to write where so that it stays. */
-__attribute__((format(printf, 2, 3)))
-void doctor_keep(struct doctor_finding *finding, const char *keep, ...);
+void doctor_keep(struct doctor_finding *finding, const char *keep, ...)
+	__attribute__((format(printf, 2, 3)));
 
 #define DOCTOR_SYSCTL "%s in /etc/sysctl.d/90-pokeysd.conf"
 #define DOCTOR_TMPFILES "w %s - - - - %s in /etc/tmpfiles.d/90-pokeysd.conf"

@@ -20,7 +20,8 @@ static void judge_core(const struct doctor *doctor, struct doctor_finding *findi
 	char online[256];
 
 	if (doctor->cpu < 0) {
-		doctor_say(finding, DOCTOR_ADVICE, "no core is chosen for the realtime thread "
+		doctor_say(finding, DOCTOR_ADVICE,
+			   "no core is chosen for the realtime thread "
 			   "(%s), so the scheduler moves it",
 			   doctor->plan.read ? "cpu = any" : "pokeysd.conf was not read");
 		doctor_mend(finding, "cpu = N under [daemon] in pokeysd.conf, or here --cpu N");
@@ -29,8 +30,9 @@ static void judge_core(const struct doctor *doctor, struct doctor_finding *findi
 	} else if (!probe_list_has(online, doctor->cpu)) {
 		doctor_say(finding, DOCTOR_PROBLEM, "core %d is not there; online are %s",
 			   doctor->cpu, online);
-		doctor_mend(finding, "another cpu in pokeysd.conf, or echo 1 > " CORE
-			    "/cpu%d/online", doctor->cpu);
+		doctor_mend(finding,
+			    "another cpu in pokeysd.conf, or echo 1 > " CORE "/cpu%d/online",
+			    doctor->cpu);
 	} else {
 		doctor_say(finding, DOCTOR_OK, "core %d of %s", doctor->cpu, online);
 	}
@@ -38,7 +40,7 @@ static void judge_core(const struct doctor *doctor, struct doctor_finding *findi
 
 static bool is_list(const char *text)
 {
-	return isdigit((unsigned char)*text);	/* not "", "(null)" */
+	return isdigit((unsigned char)*text); /* not "", "(null)" */
 }
 
 /* A list with our core in it, of a file or of the command line: others' cores stay in it. */
@@ -79,7 +81,7 @@ static void mend_command_line(const struct doctor *doctor, struct doctor_finding
 
 	if (!doctor->cpu) {
 		doctor_mend(finding, "another cpu in pokeysd.conf: core 0 does the kernel's own "
-			    "work and cannot be freed from it");
+				     "work and cannot be freed from it");
 		return;
 	}
 	find_lists(doctor, &found);
@@ -92,7 +94,8 @@ static void mend_command_line(const struct doctor *doctor, struct doctor_finding
 		with_core(doctor, found.tickless, set.tickless);
 		with_core(doctor, found.offloaded, set.offloaded);
 	}
-	doctor_mend(finding, "kernel command line (GRUB_CMDLINE_LINUX in /etc/default/grub, then "
+	doctor_mend(finding,
+		    "kernel command line (GRUB_CMDLINE_LINUX in /etc/default/grub, then "
 		    "update-grub): isolcpus=managed_irq,domain,%s nohz_full=%s rcu_nocbs=%s",
 		    set.isolated, set.tickless, set.offloaded);
 }
@@ -113,8 +116,10 @@ static void judge_isolated(const struct doctor *doctor, struct doctor_finding *f
 	} else if (probe_list_has(list, doctor->cpu)) {
 		doctor_say(finding, DOCTOR_OK, "isolated are %s", list);
 	} else if (isolated_by_cpuset(doctor, cpuset, sizeof(cpuset))) {
-		doctor_say(finding, DOCTOR_OK, "a cpuset isolates %s (mode = auto does not count "
-			   "that, and does not spin)", cpuset);
+		doctor_say(finding, DOCTOR_OK,
+			   "a cpuset isolates %s (mode = auto does not count "
+			   "that, and does not spin)",
+			   cpuset);
 	} else {
 		doctor_say(finding, doctor->plan.spin ? DOCTOR_PROBLEM : DOCTOR_ADVICE,
 			   "%s%s: other programs run on core %d as well%s",
@@ -129,8 +134,9 @@ static void judge_tick(const struct doctor *doctor, struct doctor_finding *findi
 	char list[256];
 
 	if (!probe_text(doctor->root, list, sizeof(list), CORE "/nohz_full")) {
-		doctor_say(finding, DOCTOR_UNKNOWN, CORE "/nohz_full cannot be read (a kernel "
-			   "without CONFIG_NO_HZ_FULL has none)");
+		doctor_say(finding, DOCTOR_UNKNOWN,
+			   CORE "/nohz_full cannot be read (a kernel "
+				"without CONFIG_NO_HZ_FULL has none)");
 	} else if (probe_list_has(list, doctor->cpu)) {
 		doctor_say(finding, DOCTOR_OK, "without a tick are %s", list);
 	} else {
@@ -197,11 +203,15 @@ static void judge_sibling(const struct doctor *doctor, struct doctor_finding *fi
 	if (sibling < 0) {
 		doctor_say(finding, DOCTOR_OK, "it shares its execution units with no other");
 	} else if (probe_list_has(isolated, sibling)) {
-		doctor_say(finding, DOCTOR_OK, "its sibling %d is isolated as well: leave that "
-			   "one empty", sibling);
+		doctor_say(finding, DOCTOR_OK,
+			   "its sibling %d is isolated as well: leave that "
+			   "one empty",
+			   sibling);
 	} else {
-		doctor_say(finding, DOCTOR_ADVICE, "its sibling %d runs other programs on the same "
-			   "execution units", sibling);
+		doctor_say(finding, DOCTOR_ADVICE,
+			   "its sibling %d runs other programs on the same "
+			   "execution units",
+			   sibling);
 		mend_sibling(doctor, finding, sibling);
 	}
 }

@@ -77,8 +77,11 @@ static bool put_list(const bool has[CORES], char *list, size_t size)
 			continue;
 		while (end + 1 < CORES && has[end + 1])
 			end++;
-		at += (size_t)snprintf(list + at, size - at, end > first + 1 ? "%s%d-%d" :
-				       end > first ? "%s%d,%d" : "%s%d", at ? "," : "", first, end);
+		at += (size_t)snprintf(list + at, size - at,
+				       end > first + 1 ? "%s%d-%d" :
+				       end > first     ? "%s%d,%d" :
+							 "%s%d",
+				       at ? "," : "", first, end);
 		first = end;
 	}
 	return at && at < size;
@@ -112,6 +115,7 @@ const char *doctor_isolate(const struct doctor *doctor, char *list, char *others
 		rest[i] = probe_list_has(online, i) && !ours[i] && !probe_list_has(siblings, i) &&
 			  !probe_list_has(isolated, i) && !probe_list_has(tickless, i);
 	}
-	return put_list(ours, list, size) && put_list(rest, others, size) ? NULL :
-	       "there is no core left for everything else";
+	return put_list(ours, list, size) && put_list(rest, others, size) ?
+		       NULL :
+		       "there is no core left for everything else";
 }

@@ -32,12 +32,14 @@ static bool unseen(struct doctor_finding *finding, bool wants_diag)
 static void judge_publishing(const struct doctor *doctor, struct doctor_finding *finding)
 {
 	if (!finding->seen && doctor->hidden) {
-		doctor_say(finding, DOCTOR_UNKNOWN, "this user may not read its data: it is not "
+		doctor_say(finding, DOCTOR_UNKNOWN,
+			   "this user may not read its data: it is not "
 			   "judged how it does");
 		doctor_mend(finding, "sudo pokeysctl doctor, or sudo adduser YOU pokeys-monitor "
-			    "and log in again");
+				     "and log in again");
 	} else if (!finding->seen) {
-		doctor_say(finding, DOCTOR_UNKNOWN, "no daemon was seen: it is not judged how it "
+		doctor_say(finding, DOCTOR_UNKNOWN,
+			   "no daemon was seen: it is not judged how it "
 			   "does");
 		doctor_mend(finding, "systemctl start pokeysd, or --runtime-directory");
 	} else if (finding->seen->freshness == VIEW_FRESH) {
@@ -46,8 +48,9 @@ static void judge_publishing(const struct doctor *doctor, struct doctor_finding 
 		doctor_say(finding, DOCTOR_UNKNOWN, "%s", finding->seen->why);
 	} else {
 		doctor_say(finding, DOCTOR_PROBLEM, "%s", finding->seen->why);
-		doctor_mend(finding, finding->seen->freshness == VIEW_DEAD ?
-			    "systemctl start pokeysd" : "pokeysctl status %s",
+		doctor_mend(finding,
+			    finding->seen->freshness == VIEW_DEAD ? "systemctl start pokeysd" :
+								    "pokeysctl status %s",
 			    finding->seen->name);
 	}
 }
@@ -63,7 +66,7 @@ static void judge_realtime(const struct doctor *doctor, struct doctor_finding *f
 	}
 	doctor_say(finding, DOCTOR_PROBLEM, "runs without realtime priority or locked memory");
 	doctor_mend(finding, "journalctl -u pokeysd says what was refused; see the checks "
-		    "memory-lock and priority");
+			     "memory-lock and priority");
 }
 
 static void judge_transport(const struct doctor *doctor, struct doctor_finding *finding)
@@ -90,7 +93,7 @@ static void judge_transport(const struct doctor *doctor, struct doctor_finding *
 	doctor_say(finding, DOCTOR_ADVICE, "%s instead of io_uring: more system calls a cycle%s",
 		   name, disabled > 0 ? " (kernel.io_uring_disabled is set)" : "");
 	doctor_mend(finding, disabled > 0 ? "sysctl -w kernel.io_uring_disabled=0" :
-		    "a kernel from 6.1 on; journalctl -u pokeysd says why");
+					    "a kernel from 6.1 on; journalctl -u pokeysd says why");
 	if (disabled > 0)
 		doctor_keep(finding, DOCTOR_SYSCTL, "kernel.io_uring_disabled=0");
 }

@@ -86,7 +86,8 @@ static bool is_all_off(struct doctor *doctor)
 	on = what_is_on(doctor);
 	if (on)
 		complain("nothing was changed, with %s on; switch it off first, because a change "
-			 "to the kernel may disturb it", on);
+			 "to the kernel may disturb it",
+			 on);
 	return !on;
 }
 
@@ -107,7 +108,7 @@ static bool may_go_on(struct doctor *doctor, const struct options *options, cons
 	printf("%s [y/N] ", question);
 	fflush(stdout);
 	if (fgets(answer, sizeof(answer), stdin) && (*answer == 'y' || *answer == 'Y'))
-		return is_all_off(doctor);	/* the question may have waited for long */
+		return is_all_off(doctor); /* the question may have waited for long */
 	puts("nothing was changed");
 	return false;
 }
@@ -288,7 +289,8 @@ int fix_undo(struct doctor *doctor, const struct options *options)
 			 "doctor --undo");
 		return STATUS_FAILED;
 	}
-	if (!may_go_on(doctor, options, "Remove these files and restore the kernel's "
+	if (!may_go_on(doctor, options,
+		       "Remove these files and restore the kernel's "
 		       "previous settings?"))
 		return STATUS_FAILED;
 	/* in reverse order, so the file that notes that its folder was made for it comes last */

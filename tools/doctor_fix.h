@@ -15,15 +15,22 @@
 #define FIX_GRUB "/etc/default/grub"
 #define FIX_UPDATE_GRUB "/usr/sbin/update-grub"
 
-enum { FIX_CHANGES = 16, FIX_VALUES = 128, FIX_LINE = 512, FIX_PATH = 320, FIX_CHECKS = 3,
-       FIX_VALUE_PATH = 72, FIX_BEFORE = 160 };
+enum {
+	FIX_CHANGES = 16,
+	FIX_VALUES = 128,
+	FIX_LINE = 512,
+	FIX_PATH = 320,
+	FIX_CHECKS = 3,
+	FIX_VALUE_PATH = 72,
+	FIX_BEFORE = 160
+};
 
 /* What a file is for. */
 enum fix_kind {
-	FIX_CONF,		/* the daemon's configuration, at its next start */
-	FIX_KERNEL,		/* the kernel's command line by GRUB, at the next boot */
-	FIX_TMPFILES,		/* files of the kernel, now and at each boot (tmpfiles.d(5)) */
-	FIX_SYSCTL,		/* the same for the files in FIX_SYSCTLS (sysctl.d(5)) */
+	FIX_CONF,     /* the daemon's configuration, at its next start */
+	FIX_KERNEL,   /* the kernel's command line by GRUB, at the next boot */
+	FIX_TMPFILES, /* files of the kernel, now and at each boot (tmpfiles.d(5)) */
+	FIX_SYSCTL,   /* the same for the files in FIX_SYSCTLS (sysctl.d(5)) */
 };
 
 /* A file of the kernel that is written at once. */
@@ -34,12 +41,12 @@ struct fix_value {
 
 struct fix_change {
 	const struct fix_row *row;
-	char line[FIX_LINE];		/* FIX_CONF: a key; FIX_KERNEL: parameters */
+	char line[FIX_LINE]; /* FIX_CONF: a key; FIX_KERNEL: parameters */
 	size_t values;
 	struct fix_value value[FIX_VALUES];
-	bool is_there;			/* the file says so already */
-	bool differs;			/* a value is not in effect */
-	bool made_folder;		/* an earlier one says that its folder was made for it */
+	bool is_there;    /* the file says so already */
+	bool differs;     /* a value is not in effect */
+	bool made_folder; /* an earlier one says that its folder was made for it */
 };
 
 struct fix_plan {
@@ -47,15 +54,15 @@ struct fix_plan {
 	const struct doctor_report *report;
 	size_t changes;
 	struct fix_change change[FIX_CHANGES];
-	char left[FIX_CHANGES][FIX_LINE];	/* why a row makes no change; "" = it need not */
+	char left[FIX_CHANGES][FIX_LINE]; /* why a row makes no change; "" = it need not */
 };
 
 /* One file. */
 struct fix_row {
-	const char *path;		/* FIX_CONF: only its name */
+	const char *path; /* FIX_CONF: only its name */
 	enum fix_kind kind;
-	const char *check[FIX_CHECKS];	/* the checks whose findings it corrects */
-	const char *why;		/* a sentence for its first lines */
+	const char *check[FIX_CHECKS]; /* the checks whose findings it corrects */
+	const char *why;               /* a sentence for its first lines */
 	/* Fill a change; false and why not, "" = there is nothing to do. */
 	bool (*build)(const struct fix_plan *plan, struct fix_change *change,
 		      char why_not[FIX_LINE]);

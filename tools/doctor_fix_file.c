@@ -20,7 +20,7 @@
 
 void fix_path(const struct doctor *doctor, const struct fix_row *row, char path[FIX_PATH])
 {
-	if (row->kind == FIX_CONF)	/* with the root */
+	if (row->kind == FIX_CONF) /* with the root */
 		snprintf(path, FIX_PATH, "%s" CONFIG_FOLDER_ENDING "/%s", doctor->plan.path,
 			 row->path);
 	else
@@ -40,8 +40,8 @@ void fix_print_lines(const struct fix_change *change, const char *indent, FILE *
 		if (change->row->kind == FIX_TMPFILES)
 			fprintf(to, "%sw %s - - - - %s\n", indent, value->path, value->value);
 		else if (change->row->kind == FIX_SYSCTL)
-			fprintf(to, "%skernel.%s = %s\n", indent,
-				value->path + strlen(FIX_SYSCTLS), value->value);
+			fprintf(to, "%skernel.%s = %s\n", indent, value->path + strlen(FIX_SYSCTLS),
+				value->value);
 	}
 }
 
@@ -70,7 +70,9 @@ bool fix_is_ours(const struct doctor *doctor, const struct fix_row *row)
 static bool is_path_of_ours(const char *path)
 {
 	static const char *const roots[] = {
-		"/sys/devices/system/cpu/cpu", "/proc/irq/", FIX_SYSCTLS,
+		"/sys/devices/system/cpu/cpu",
+		"/proc/irq/",
+		FIX_SYSCTLS,
 	};
 
 	for (size_t i = 0; i < sizeof(roots) / sizeof(roots[0]); i++)
@@ -88,8 +90,8 @@ static bool take_before(const char *line, struct fix_value *old)
 	if (strncmp(line, BEFORE, strlen(BEFORE)) != 0)
 		return false;
 	value = memchr(path, ' ', (size_t)(line + length - path));
-	if (!value || ++value == line + length ||
-	    value - path > FIX_VALUE_PATH || line + length - value >= FIX_BEFORE)
+	if (!value || ++value == line + length || value - path > FIX_VALUE_PATH ||
+	    line + length - value >= FIX_BEFORE)
 		return false;
 	snprintf(old->path, sizeof(old->path), "%.*s", (int)(value - 1 - path), path);
 	snprintf(old->before, sizeof(old->before), "%.*s", (int)(line + length - value), value);
@@ -166,8 +168,7 @@ static void print_file(const struct fix_plan *plan, const struct fix_change *cha
 		for (size_t f = 0; f < plan->report->count; f++) {
 			const struct doctor_finding *finding = &plan->report->finding[f];
 
-			if (!strcmp(finding->check, change->row->check[i]) &&
-			    fix_is_bad(finding))
+			if (!strcmp(finding->check, change->row->check[i]) && fix_is_bad(finding))
 				fprintf(to, "# %s: %s\n", finding->check, finding->why);
 		}
 	if (change->row->kind == FIX_KERNEL) {
@@ -248,7 +249,8 @@ static void restore(const struct doctor *doctor, const struct fix_value *old)
 
 	if (error)
 		printf("  %s: cannot be set back to %s now (%s); the old value returns at the next "
-		       "boot\n", old->path, old->before, strerror(-error));
+		       "boot\n",
+		       old->path, old->before, strerror(-error));
 }
 
 /* The folder of a file, if there is none. 1 = it was made, 0, or -errno. */
@@ -258,7 +260,7 @@ static int make_folder(const char *path)
 
 	snprintf(folder, sizeof(folder), "%.*s", (int)(strrchr(path, '/') - path), path);
 	if (!mkdir(folder, 0755))
-		return chmod(folder, 0755) ? -errno : 1;	/* whatever the umask is */
+		return chmod(folder, 0755) ? -errno : 1; /* whatever the umask is */
 	return errno == EEXIST ? 0 : -errno;
 }
 
@@ -326,7 +328,8 @@ int fix_write(const struct fix_plan *plan, const struct fix_change *change)
 		/* an interrupt that the kernel does not let go is moved at the next boot */
 		if (error)
 			printf("  %s: cannot be set to %s now (%s); it takes effect at the next "
-			       "boot\n", value->path, value->value, strerror(-error));
+			       "boot\n",
+			       value->path, value->value, strerror(-error));
 	}
 	return 0;
 }
@@ -355,6 +358,6 @@ int fix_take_back(const struct doctor *doctor, const struct fix_row *row)
 	free(text);
 	*strrchr(path, '/') = '\0';
 	if (made)
-		rmdir(path);		/* unless there is something else in it */
+		rmdir(path); /* unless there is something else in it */
 	return 0;
 }

@@ -14,7 +14,9 @@
 enum { LIST = 256, LATE_US = 10, IDLE_STATES = 16 };
 
 /* Write the reason into why_not and return false. */
-__attribute__((format(printf, 2, 3)))
+static bool cannot(char why_not[FIX_LINE], const char *format, ...)
+	__attribute__((format(printf, 2, 3)));
+
 static bool cannot(char why_not[FIX_LINE], const char *format, ...)
 {
 	va_list arguments;
@@ -26,7 +28,9 @@ static bool cannot(char why_not[FIX_LINE], const char *format, ...)
 }
 
 /* A file of the kernel with its content before; false if that cannot be read whole, or no room. */
-__attribute__((format(printf, 4, 5)))
+static bool add_value(const struct doctor *doctor, struct fix_change *change, const char *value,
+		      const char *path, ...) __attribute__((format(printf, 4, 5)));
+
 static bool add_value(const struct doctor *doctor, struct fix_change *change, const char *value,
 		      const char *path, ...)
 {
@@ -54,8 +58,10 @@ static bool may_configure(const struct fix_plan *plan, char why_not[FIX_LINE])
 	const struct doctor_plan *conf = &plan->doctor->plan;
 
 	if (!conf->read)
-		return cannot(why_not, "%s does not exist yet; write it first, see "
-			      "pokeysd.conf(5)", conf->path);
+		return cannot(why_not,
+			      "%s does not exist yet; write it first, see "
+			      "pokeysd.conf(5)",
+			      conf->path);
 	return !conf->unread || cannot(why_not, "%s", conf->unread);
 }
 
@@ -75,8 +81,10 @@ static bool build_core(const struct fix_plan *plan, struct fix_change *change,
 		return false;
 	fix_path(doctor, change->row, path);
 	if (strcmp(doctor->plan.cpu_from, path) > 0)
-		return cannot(why_not, "%s sets cpu =, and is read after the file that would be "
-			      "written; change it there", doctor->plan.cpu_from);
+		return cannot(why_not,
+			      "%s sets cpu =, and is read after the file that would be "
+			      "written; change it there",
+			      doctor->plan.cpu_from);
 	snprintf(change->line, sizeof(change->line), "cpu = %d", doctor->cpu);
 	return true;
 }
@@ -154,8 +162,10 @@ static bool may_set(const struct fix_plan *plan, const struct fix_change *change
 	char value[LIST], parameter[32], path[FIX_PATH];
 
 	if (!probe_exists(root, FIX_GRUB) || !probe_exists(root, FIX_UPDATE_GRUB))
-		return cannot(why_not, "GRUB is not installed; add these parameters to the kernel "
-			      "command line in your boot loader: %s", change->line);
+		return cannot(why_not,
+			      "GRUB is not installed; add these parameters to the kernel "
+			      "command line in your boot loader: %s",
+			      change->line);
 	for (; *names; names++) {
 		snprintf(parameter, sizeof(parameter), "%s=", *names);
 		if (find_in_grub(plan->doctor, parameter, path))
@@ -163,8 +173,10 @@ static bool may_set(const struct fix_plan *plan, const struct fix_change *change
 				      parameter, change->line);
 		if (!fix_is_ours(plan->doctor, change->row) &&
 		    probe_command_line(root, *names, value, sizeof(value)))
-			return cannot(why_not, "the kernel command line has %s%s already; change "
-				      "it where it is set: %s", parameter, value, change->line);
+			return cannot(why_not,
+				      "the kernel command line has %s%s already; change "
+				      "it where it is set: %s",
+				      parameter, value, change->line);
 	}
 	return true;
 }
@@ -222,7 +234,8 @@ static bool build_idle(const struct fix_plan *plan, struct fix_change *change,
 		return false;
 	for (int i = 0; i < IDLE_STATES; i++) {
 		if (probe_number(doctor->root, &latency, CORE "/cpu%d/cpuidle/state%d/latency",
-				 doctor->cpu, i) && latency > LATE_US)
+				 doctor->cpu, i) &&
+		    latency > LATE_US)
 			add_value(doctor, change, "1", CORE "/cpu%d/cpuidle/state%d/disable",
 				  doctor->cpu, i);
 	}
@@ -286,30 +299,49 @@ static bool build_throttling(const struct fix_plan *plan, struct fix_change *cha
 }
 
 const struct fix_row fix_rows[] = {
-	{ "90-doctor-cpu.conf", FIX_CONF, { "core" },
+	{ "90-doctor-cpu.conf",
+	  FIX_CONF,
+	  { "core" },
 	  "The realtime thread stays on one core, so its data stays in the caches of that core.",
 	  build_core },
-	{ "90-doctor-interface.conf", FIX_CONF, { "route" },
+	{ "90-doctor-interface.conf",
+	  FIX_CONF,
+	  { "route" },
 	  "Two interfaces are in the device's network; the device answers on this one.",
 	  build_interface },
-	{ FIX_GRUB_FOLDER "pokeysd-isolation.cfg", FIX_KERNEL,
+	{ FIX_GRUB_FOLDER "pokeysd-isolation.cfg",
+	  FIX_KERNEL,
 	  { "isolcpus", "nohz-full", "rcu-nocbs" },
 	  "No other program, timer tick or RCU callback runs on the cores of pokeysd and LinuxCNC.",
 	  build_isolation },
-	{ FIX_GRUB_FOLDER "pokeysd-interrupts.cfg", FIX_KERNEL,
+	{ FIX_GRUB_FOLDER "pokeysd-interrupts.cfg",
+	  FIX_KERNEL,
 	  { "interrupts", "nic-interrupts" },
 	  "Interrupts go to the other cores, even if their numbers change at the next boot.",
 	  build_interrupts },
-	{ "/etc/tmpfiles.d/pokeysd-idle-states.conf", FIX_TMPFILES, { "idle-states" },
+	{ "/etc/tmpfiles.d/pokeysd-idle-states.conf",
+	  FIX_TMPFILES,
+	  { "idle-states" },
 	  "The daemon's core does not sleep so deeply that it takes long to wake up.",
 	  build_idle },
-	{ "/etc/tmpfiles.d/pokeysd-governor.conf", FIX_TMPFILES, { "governor" },
-	  "The daemon's core keeps its full clock speed between two cycles.", build_governor },
-	{ "/etc/tmpfiles.d/pokeysd-sibling.conf", FIX_TMPFILES, { "smt-sibling" },
-	  "Nothing else runs on the execution units of the daemon's core.", build_sibling },
-	{ "/etc/sysctl.d/90-pokeysd-timers.conf", FIX_SYSCTL, { "timer-migration" },
-	  "Timers fire on the core that waits for them.", build_timers },
-	{ "/etc/sysctl.d/90-pokeysd-throttling.conf", FIX_SYSCTL, { "throttling" },
+	{ "/etc/tmpfiles.d/pokeysd-governor.conf",
+	  FIX_TMPFILES,
+	  { "governor" },
+	  "The daemon's core keeps its full clock speed between two cycles.",
+	  build_governor },
+	{ "/etc/tmpfiles.d/pokeysd-sibling.conf",
+	  FIX_TMPFILES,
+	  { "smt-sibling" },
+	  "Nothing else runs on the execution units of the daemon's core.",
+	  build_sibling },
+	{ "/etc/sysctl.d/90-pokeysd-timers.conf",
+	  FIX_SYSCTL,
+	  { "timer-migration" },
+	  "Timers fire on the core that waits for them.",
+	  build_timers },
+	{ "/etc/sysctl.d/90-pokeysd-throttling.conf",
+	  FIX_SYSCTL,
+	  { "throttling" },
 	  "Realtime threads get the time that the kernel gives them by default.",
 	  build_throttling },
 };

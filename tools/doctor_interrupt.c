@@ -70,8 +70,7 @@ static bool has_handler(const char *root, int irq)
 /* Where the kernel sends one, as a list of cores; empty: nowhere. */
 static bool target(const char *root, int irq, char *list, size_t size)
 {
-	const bool told = probe_text(root, list, size, "/proc/irq/%d/effective_affinity_list",
-				     irq);
+	const bool told = probe_text(root, list, size, "/proc/irq/%d/effective_affinity_list", irq);
 
 	if (told && (*list || !has_handler(root, irq)))
 		return true;
@@ -84,7 +83,8 @@ static bool is_leaving(const struct doctor *doctor, int irq)
 	char list[256];
 
 	return probe_text(doctor->root, list, sizeof(list), "/proc/irq/%d/smp_affinity_list",
-			  irq) && *list && !probe_list_has(list, doctor->cpu);
+			  irq) &&
+	       *list && !probe_list_has(list, doctor->cpu);
 }
 
 /* Numbers of those that go to the core, as "24 25", or "24 25 and others" if they are too many;
@@ -158,10 +158,12 @@ static void mend_irqs(const struct doctor *doctor, const struct irqs *irqs,
 		*others = '\0';
 	if (other < 0)
 		doctor_mend(finding, "for each: echo OTHER-CORE > /proc/irq/NUMBER/"
-			    "smp_affinity_list");
+				     "smp_affinity_list");
 	else
-		doctor_mend(finding, "for i in %s; do echo %d > "
-			    "/proc/irq/$i/smp_affinity_list; done", text, other);
+		doctor_mend(finding,
+			    "for i in %s; do echo %d > "
+			    "/proc/irq/$i/smp_affinity_list; done",
+			    text, other);
 	doctor_keep(finding, DOCTOR_ELSEWHERE);
 }
 
@@ -237,8 +239,10 @@ static void judge_nic(const struct doctor *doctor, struct doctor_finding *findin
 	else if (!count)
 		doctor_say(finding, DOCTOR_OK, "its interrupts stay off core %d", doctor->cpu);
 	else
-		doctor_say(finding, DOCTOR_ADVICE, "interrupt %s goes to core %d: every packet, "
-			   "also a foreign one, interrupts the realtime thread", text, doctor->cpu);
+		doctor_say(finding, DOCTOR_ADVICE,
+			   "interrupt %s goes to core %d: every packet, "
+			   "also a foreign one, interrupts the realtime thread",
+			   text, doctor->cpu);
 	if (finding->verdict == DOCTOR_ADVICE)
 		mend_irqs(doctor, &irqs, finding);
 }
@@ -248,5 +252,6 @@ static const struct doctor_check checks[] = {
 	{ "nic-interrupts", DOCTOR_NIC, judge_nic },
 };
 const struct doctor_checks doctor_interrupt_checks = {
-	checks, sizeof(checks) / sizeof(checks[0]),
+	checks,
+	sizeof(checks) / sizeof(checks[0]),
 };

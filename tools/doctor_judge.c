@@ -11,8 +11,8 @@
 #include "usage/printable.h"
 
 static const struct doctor_checks *const tables[] = {
-	&doctor_kernel_checks, &doctor_core_checks, &doctor_power_checks,
-	&doctor_interrupt_checks, &doctor_nic_checks, &doctor_right_checks,
+	&doctor_kernel_checks,    &doctor_core_checks, &doctor_power_checks,
+	&doctor_interrupt_checks, &doctor_nic_checks,  &doctor_right_checks,
 	&doctor_daemon_checks,
 };
 
@@ -129,7 +129,8 @@ static void judge_nics(const struct doctor *doctor, const struct doctor_check *c
 	}
 	finding = count ? NULL : next(report, check, "");
 	if (finding)
-		doctor_say(finding, DOCTOR_UNKNOWN, "no interface is known to lead to a device, "
+		doctor_say(finding, DOCTOR_UNKNOWN,
+			   "no interface is known to lead to a device, "
 			   "see the check route");
 }
 
@@ -147,9 +148,10 @@ static void judge_devices(const struct doctor *doctor, const struct doctor_check
 	}
 	finding = doctor->devices ? NULL : next(report, check, "");
 	if (finding)
-		doctor_say(finding, DOCTOR_UNKNOWN, "no device is known (%s, and no daemon was "
-			   "seen)", doctor->plan.read ? "none is configured" :
-			   "pokeysd.conf was not read");
+		doctor_say(finding, DOCTOR_UNKNOWN,
+			   "no device is known (%s, and no daemon was "
+			   "seen)",
+			   doctor->plan.read ? "none is configured" : "pokeysd.conf was not read");
 }
 
 static void judge_daemon(const struct doctor *doctor, const struct doctor_check *check,
@@ -182,10 +184,8 @@ void doctor_judge(const struct doctor *doctor, struct doctor_report *report)
 {
 	static void (*const walk[])(const struct doctor *, const struct doctor_check *,
 				    struct doctor_report *) = {
-		[DOCTOR_MACHINE] = judge_machine,
-		[DOCTOR_CORE] = judge_core,
-		[DOCTOR_NIC] = judge_nics,
-		[DOCTOR_DEVICE] = judge_devices,
+		[DOCTOR_MACHINE] = judge_machine, [DOCTOR_CORE] = judge_core,
+		[DOCTOR_NIC] = judge_nics,        [DOCTOR_DEVICE] = judge_devices,
 		[DOCTOR_DAEMON] = judge_daemon,
 	};
 

@@ -30,7 +30,8 @@ static void judge_route(const struct doctor *doctor, struct doctor_finding *find
 	const struct doctor_device *device = finding->device;
 
 	if (!device->address) {
-		doctor_say(finding, DOCTOR_UNKNOWN, "its address is not known (neither configured "
+		doctor_say(finding, DOCTOR_UNKNOWN,
+			   "its address is not known (neither configured "
 			   "nor found yet)");
 		doctor_mend(finding, "sudo pokeysctl discover");
 	} else if (!*device->nic && !doctor->routes_read) {
@@ -38,7 +39,7 @@ static void judge_route(const struct doctor *doctor, struct doctor_finding *find
 	} else if (!*device->nic) {
 		doctor_say(finding, DOCTOR_PROBLEM, "no network interface leads to it");
 		doctor_mend(finding, "ip address add ADDRESS/24 dev NIC, an address in the "
-			    "device's network");
+				     "device's network");
 		doctor_keep(finding, DOCTOR_UP, "NIC");
 	} else if (*doctor->plan.interface &&
 		   !probe_exists(doctor->root, "/sys/class/net/%s", device->nic)) {
@@ -47,13 +48,19 @@ static void judge_route(const struct doctor *doctor, struct doctor_finding *find
 		doctor_mend(finding, "interface = NIC in section [daemon] of %s",
 			    doctor->plan.path);
 	} else if (*device->aside) {
-		doctor_say(finding, DOCTOR_ADVICE, "it answers at %s, but its route leads to %s: "
-			   "two interfaces are in one network", device->nic, device->aside);
-		doctor_mend(finding, "interface = %s in section [daemon] of %s, or another "
-			    "network for %s", device->nic, doctor->plan.path, device->aside);
+		doctor_say(finding, DOCTOR_ADVICE,
+			   "it answers at %s, but its route leads to %s: "
+			   "two interfaces are in one network",
+			   device->nic, device->aside);
+		doctor_mend(finding,
+			    "interface = %s in section [daemon] of %s, or another "
+			    "network for %s",
+			    device->nic, doctor->plan.path, device->aside);
 	} else if (device->through_router) {
-		doctor_say(finding, DOCTOR_ADVICE, "through a router at %s: its delays and losses "
-			   "are added", device->nic);
+		doctor_say(finding, DOCTOR_ADVICE,
+			   "through a router at %s: its delays and losses "
+			   "are added",
+			   device->nic);
 		doctor_mend(finding, "connect it directly, and ip address add ADDRESS/24 dev NIC");
 		doctor_keep(finding, DOCTOR_UP, "NIC");
 	} else {
@@ -119,8 +126,10 @@ static void judge_link(const struct doctor *doctor, struct doctor_finding *findi
 		doctor_say(finding, DOCTOR_PROBLEM, "a radio: packets are late by milliseconds");
 		doctor_mend(finding, "a cable");
 	} else if (!probe_number(doctor->root, &carrier, "/sys/class/net/%s/carrier", nic)) {
-		doctor_say(finding, DOCTOR_UNKNOWN, "/sys/class/net/%s/carrier cannot be read "
-			   "(is the interface up?)", nic);
+		doctor_say(finding, DOCTOR_UNKNOWN,
+			   "/sys/class/net/%s/carrier cannot be read "
+			   "(is the interface up?)",
+			   nic);
 		doctor_mend(finding, "ip link set %s up", nic);
 		doctor_keep(finding, "auto %s in /etc/network/interfaces", nic);
 	} else if (!carrier) {
@@ -175,15 +184,19 @@ static void judge_coalescing(const struct doctor *doctor, struct doctor_finding 
 	if (value[NIC_RX_USECS] == NIC_UNKNOWN) {
 		doctor_say(finding, DOCTOR_UNKNOWN, "the driver does not tell");
 	} else if (value[NIC_ADAPTIVE_RX] == 1) {
-		doctor_say(finding, DOCTOR_ADVICE, "the driver chooses how long packets wait "
+		doctor_say(finding, DOCTOR_ADVICE,
+			   "the driver chooses how long packets wait "
 			   "(adaptive)");
 	} else if (chooses_itself(finding->nic)) {
-		doctor_say(finding, DOCTOR_ADVICE, "the driver chooses how long packets wait "
-			   "(%s means that by rx-usecs %ld)", finding->nic->driver,
-			   value[NIC_RX_USECS]);
+		doctor_say(finding, DOCTOR_ADVICE,
+			   "the driver chooses how long packets wait "
+			   "(%s means that by rx-usecs %ld)",
+			   finding->nic->driver, value[NIC_RX_USECS]);
 	} else if (value[NIC_RX_USECS] > LATE_US) {
-		doctor_say(finding, DOCTOR_ADVICE, "a received packet waits up to %ld us for "
-			   "others", value[NIC_RX_USECS]);
+		doctor_say(finding, DOCTOR_ADVICE,
+			   "a received packet waits up to %ld us for "
+			   "others",
+			   value[NIC_RX_USECS]);
 	} else {
 		doctor_say(finding, DOCTOR_OK, "a received packet waits at most %ld us",
 			   value[NIC_RX_USECS]);
@@ -202,8 +215,10 @@ static void judge_offloads(const struct doctor *doctor, struct doctor_finding *f
 	if (value[NIC_GRO] == NIC_UNKNOWN && value[NIC_LRO] == NIC_UNKNOWN) {
 		doctor_say(finding, DOCTOR_UNKNOWN, "the driver does not tell");
 	} else if (value[NIC_GRO] > 0 || value[NIC_LRO] > 0) {
-		doctor_say(finding, DOCTOR_ADVICE, "received packets are looked through for ones "
-			   "to merge (%s%s%s)", value[NIC_GRO] > 0 ? "GRO" : "",
+		doctor_say(finding, DOCTOR_ADVICE,
+			   "received packets are looked through for ones "
+			   "to merge (%s%s%s)",
+			   value[NIC_GRO] > 0 ? "GRO" : "",
 			   value[NIC_GRO] > 0 && value[NIC_LRO] > 0 ? ", " : "",
 			   value[NIC_LRO] > 0 ? "LRO" : "");
 		doctor_mend(finding, "ethtool -K %s gro off lro off", finding->nic->name);
@@ -223,8 +238,10 @@ static void judge_queues(const struct doctor *doctor, struct doctor_finding *fin
 	if (count == NIC_UNKNOWN || count == 0) {
 		doctor_say(finding, DOCTOR_UNKNOWN, "the driver does not tell");
 	} else if (count > 1) {
-		doctor_say(finding, DOCTOR_ADVICE, "%ld queues receive, so that a device's packets "
-			   "may come at any of %ld interrupts", count, count);
+		doctor_say(finding, DOCTOR_ADVICE,
+			   "%ld queues receive, so that a device's packets "
+			   "may come at any of %ld interrupts",
+			   count, count);
 		doctor_mend(finding, "ethtool -L %s %s 1", finding->nic->name,
 			    finding->nic->value[NIC_RX_CHANNELS] > 1 ? "rx" : "combined");
 		doctor_keep(finding, DOCTOR_UP, finding->nic->name);
@@ -243,7 +260,8 @@ static void judge_eee(const struct doctor *doctor, struct doctor_finding *findin
 	if (on == NIC_UNKNOWN) {
 		doctor_say(finding, DOCTOR_UNKNOWN, "the driver does not tell");
 	} else if (on) {
-		doctor_say(finding, DOCTOR_ADVICE, "the link sleeps between packets (EEE) and "
+		doctor_say(finding, DOCTOR_ADVICE,
+			   "the link sleeps between packets (EEE) and "
 			   "needs some 20 us to wake up");
 		doctor_mend(finding, "ethtool --set-eee %s eee off", finding->nic->name);
 		doctor_keep(finding, DOCTOR_UP, finding->nic->name);

@@ -41,8 +41,8 @@ static void cut_comment(char *out, size_t size, const char *value)
 {
 	size_t length = 0;
 
-	while (value[length] && !(value[length] == '#' &&
-				  (!length || isblank((unsigned char)value[length - 1]))))
+	while (value[length] &&
+	       !(value[length] == '#' && (!length || isblank((unsigned char)value[length - 1]))))
 		length++;
 	while (length && isblank((unsigned char)value[length - 1]))
 		length--;
@@ -164,8 +164,8 @@ static void find_route(const char *table, const char *only, struct doctor_device
 	for (; table; table = strchr(table, '\n')) {
 		table += *table == '\n';
 		if (sscanf(table, "%15s %x %x %x %*s %*s %u %x", nic, &destination, &gateway,
-			   &flags, &metric, &mask) != 6 || !(flags & 1) ||
-		    (*only && strcmp(nic, only) != 0))
+			   &flags, &metric, &mask) != 6 ||
+		    !(flags & 1) || (*only && strcmp(nic, only) != 0))
 			continue;
 		mask = ntohl(mask);
 		if ((device->address & mask) != ntohl(destination) ||
@@ -206,7 +206,7 @@ void doctor_find_routes(struct doctor *doctor)
 		else if (device->address && doctor->routes_read)
 			find_route(table, only, device);
 		if (*only && device->address)
-			strcpy(device->nic, only);	/* without a route: straight out of it */
+			strcpy(device->nic, only); /* without a route: straight out of it */
 		else
 			look_aside(doctor->root, device);
 	}

@@ -65,7 +65,8 @@ static void judge_latency(const struct doctor *doctor, struct doctor_finding *fi
 		doctor_say(finding, DOCTOR_OK, "held by %s (at how much may only root read)",
 			   holders);
 	} else if (value < 0) {
-		doctor_say(finding, DOCTOR_UNKNOWN, "/dev/cpu_dma_latency and who has it open may "
+		doctor_say(finding, DOCTOR_UNKNOWN,
+			   "/dev/cpu_dma_latency and who has it open may "
 			   "only root see");
 		doctor_mend(finding, "sudo pokeysctl doctor");
 		return;
@@ -76,7 +77,7 @@ static void judge_latency(const struct doctor *doctor, struct doctor_finding *fi
 	}
 	if (finding->verdict == DOCTOR_ADVICE)
 		doctor_mend(finding, "start pokeysd, which holds it; if it says that it may not: "
-			    "install systemd/70-pokeysd.rules in /etc/udev/rules.d");
+				     "install systemd/70-pokeysd.rules in /etc/udev/rules.d");
 }
 
 static void judge_idle(const struct doctor *doctor, struct doctor_finding *finding)
@@ -91,24 +92,30 @@ static void judge_idle(const struct doctor *doctor, struct doctor_finding *findi
 	latency = deepest(doctor->root, doctor->cpu, name, sizeof(name));
 	value = asked_latency(doctor);
 	if (latency < 0)
-		doctor_say(finding, DOCTOR_OK, "this kernel manages no idle states on core %d "
-			   "(a virtual machine, or idle=poll)", doctor->cpu);
+		doctor_say(finding, DOCTOR_OK,
+			   "this kernel manages no idle states on core %d "
+			   "(a virtual machine, or idle=poll)",
+			   doctor->cpu);
 	else if (latency <= LATE_US)
-		doctor_say(finding, DOCTOR_OK, "its deepest idle state %s wakes up in %ld us",
-			   name, latency);
+		doctor_say(finding, DOCTOR_OK, "its deepest idle state %s wakes up in %ld us", name,
+			   latency);
 	/* who holds it counts only where it cannot be seen at how much: that may be too much */
 	else if (value >= 0 ? value < latency :
-		 probe_holders(doctor->root, "/dev/cpu_dma_latency", holders, sizeof(holders)) > 0)
+			      probe_holders(doctor->root, "/dev/cpu_dma_latency", holders,
+					    sizeof(holders)) > 0)
 		doctor_say(finding, DOCTOR_OK, "%s (%ld us) is held off by /dev/cpu_dma_latency",
 			   name, latency);
 	else if (value < 0)
-		doctor_say(finding, DOCTOR_UNKNOWN, "%s takes %ld us to wake up from; whether it "
-			   "is held off may only root see", name, latency);
+		doctor_say(finding, DOCTOR_UNKNOWN,
+			   "%s takes %ld us to wake up from; whether it "
+			   "is held off may only root see",
+			   name, latency);
 	else
 		doctor_say(finding, DOCTOR_ADVICE, "%s takes %ld us to wake up from", name,
 			   latency);
 	if (finding->verdict == DOCTOR_ADVICE)
-		doctor_mend(finding, "start pokeysd (it holds /dev/cpu_dma_latency), or "
+		doctor_mend(finding,
+			    "start pokeysd (it holds /dev/cpu_dma_latency), or "
 			    "intel_idle.max_cstate=1 processor.max_cstate=1 on the kernel command "
 			    "line");
 }
@@ -121,8 +128,10 @@ static void judge_governor(const struct doctor *doctor, struct doctor_finding *f
 		doctor_say(finding, DOCTOR_UNKNOWN, CORE " cannot be read");
 	} else if (!probe_text(doctor->root, governor, sizeof(governor),
 			       CORE "/cpu%d/cpufreq/scaling_governor", doctor->cpu)) {
-		doctor_say(finding, DOCTOR_OK, "this kernel does not change the frequency of core "
-			   "%d", doctor->cpu);
+		doctor_say(finding, DOCTOR_OK,
+			   "this kernel does not change the frequency of core "
+			   "%d",
+			   doctor->cpu);
 	} else if (!strcmp(governor, "performance")) {
 		doctor_say(finding, DOCTOR_OK, "performance");
 	} else {

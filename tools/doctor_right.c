@@ -37,8 +37,8 @@ static bool read_rights(const struct doctor *doctor, struct rights *rights)
 	return true;
 }
 
-static void refuse(const struct doctor *doctor, struct doctor_finding *finding,
-		   const char *limit, const char *value, const char *unit)
+static void refuse(const struct doctor *doctor, struct doctor_finding *finding, const char *limit,
+		   const char *value, const char *unit)
 {
 	bool runs = doctor->daemon > 0;
 
@@ -58,8 +58,7 @@ static void judge_memory(const struct doctor *doctor, struct doctor_finding *fin
 	else if (!strncmp(rights.locked, "unlimited", 9))
 		doctor_say(finding, DOCTOR_OK, "unlimited");
 	else if (strtoull(rights.locked, NULL, 10) >> 20 >= ENOUGH_LOCKED_MIB)
-		doctor_say(finding, DOCTOR_OK, "%llu MiB",
-			   strtoull(rights.locked, NULL, 10) >> 20);
+		doctor_say(finding, DOCTOR_OK, "%llu MiB", strtoull(rights.locked, NULL, 10) >> 20);
 	else {
 		snprintf(rights.locked, sizeof(rights.locked), "%llu",
 			 strtoull(rights.locked, NULL, 10) >> 10);
@@ -81,7 +80,7 @@ static void judge_priority(const struct doctor *doctor, struct doctor_finding *f
 	} else if (atoi(rights.priority) >= doctor->plan.priority) {
 		doctor_say(finding, DOCTOR_OK, "up to %d", atoi(rights.priority));
 	} else if (atoi(rights.priority) > 0) {
-		rights.priority[strcspn(rights.priority, " ")] = '\0';	/* soft and hard */
+		rights.priority[strcspn(rights.priority, " ")] = '\0'; /* soft and hard */
 		refuse(doctor, finding, wanted, rights.priority, "LimitRTPRIO=98");
 	} else {
 		refuse(doctor, finding, "no realtime priority", "",
@@ -96,15 +95,16 @@ static void judge_thread(const struct doctor *doctor, struct doctor_finding *fin
 	if (doctor->daemon <= 0)
 		doctor_say(finding, DOCTOR_UNKNOWN, "no pokeysd is seen in /proc");
 	else if (!probe_realtime_thread(doctor->root, doctor->daemon, &thread))
-		doctor_say(finding, DOCTOR_UNKNOWN, "/proc/%d/task cannot be read",
-			   doctor->daemon);
+		doctor_say(finding, DOCTOR_UNKNOWN, "/proc/%d/task cannot be read", doctor->daemon);
 	else if (!thread.priority)
 		doctor_say(finding, DOCTOR_PROBLEM, "pokeysd (%d) has no realtime thread",
 			   doctor->daemon);
 	else if (doctor->plan.cpu >= 0 && (!probe_list_has(thread.cores, doctor->plan.cpu) ||
 					   probe_list_other(thread.cores, doctor->plan.cpu) >= 0))
-		doctor_say(finding, DOCTOR_PROBLEM, "priority %d on core %s, but pokeysd.conf says "
-			   "cpu = %d", thread.priority, thread.cores, doctor->plan.cpu);
+		doctor_say(finding, DOCTOR_PROBLEM,
+			   "priority %d on core %s, but pokeysd.conf says "
+			   "cpu = %d",
+			   thread.priority, thread.cores, doctor->plan.cpu);
 	else
 		doctor_say(finding, DOCTOR_OK, "priority %d on core %s", thread.priority,
 			   thread.cores);
@@ -117,7 +117,8 @@ static void judge_hal(const struct doctor *doctor, struct doctor_finding *findin
 	struct probe_thread thread;
 
 	if (doctor->hal <= 0) {
-		doctor_say(finding, DOCTOR_UNKNOWN, "LinuxCNC does not run (there is no "
+		doctor_say(finding, DOCTOR_UNKNOWN,
+			   "LinuxCNC does not run (there is no "
 			   "rtapi_app)");
 	} else if (!probe_realtime_thread(doctor->root, doctor->hal, &thread)) {
 		doctor_say(finding, DOCTOR_UNKNOWN, "/proc/%d/task cannot be read", doctor->hal);
@@ -125,14 +126,17 @@ static void judge_hal(const struct doctor *doctor, struct doctor_finding *findin
 		doctor_say(finding, DOCTOR_PROBLEM, "LinuxCNC runs without realtime threads");
 		doctor_mend(finding, "boot a PREEMPT_RT kernel; rtapi_app has to be setuid root");
 	} else if (doctor->cpu < 0) {
-		doctor_say(finding, DOCTOR_UNKNOWN, "core %s, priority %d; none is chosen for "
-			   "pokeysd", thread.cores, thread.priority);
+		doctor_say(finding, DOCTOR_UNKNOWN,
+			   "core %s, priority %d; none is chosen for "
+			   "pokeysd",
+			   thread.cores, thread.priority);
 	} else if (probe_list_has(thread.cores, doctor->cpu)) {
 		doctor_say(finding, doctor->plan.spin ? DOCTOR_PROBLEM : DOCTOR_ADVICE,
 			   "the servo thread (priority %d) runs on core %s as well and comes "
-			   "first", thread.priority, thread.cores);
+			   "first",
+			   thread.priority, thread.cores);
 		doctor_mend(finding, "another cpu in pokeysd.conf; LinuxCNC takes the isolated "
-			    "core of the highest number");
+				     "core of the highest number");
 	} else {
 		doctor_say(finding, DOCTOR_OK, "the servo thread has core %s, priority %d",
 			   thread.cores, thread.priority);

@@ -23,17 +23,17 @@ enum { ROUND_MAX = VIEW_DEVICES * POKEYS_EVENTS_KEPT };
 struct row {
 	const char *device;
 	uint64_t epoch;
-	bool restarted;			/* the first of another daemon */
-	uint64_t lost;			/* overwritten before they were read */
-	uint64_t order_ns;		/* its time, or that of one before it, of the same device */
+	bool restarted;    /* the first of another daemon */
+	uint64_t lost;     /* overwritten before they were read */
+	uint64_t order_ns; /* its time, or that of one before it, of the same device */
 	struct pokeys_event event;
 };
 
 /* How far a device was read. */
 struct place {
 	struct pokeys_events_cursor cursor;
-	uint64_t epoch, number, order_ns;	/* of the last event; 0 = none yet */
-	bool restarted;			/* not printed yet */
+	uint64_t epoch, number, order_ns; /* of the last event; 0 = none yet */
+	bool restarted;                   /* not printed yet */
 	uint64_t lost;
 	enum pokeys_client_state attached;
 };
@@ -50,7 +50,10 @@ struct events {
 static const char *level_name(uint32_t level)
 {
 	static const char *const names[] = {
-		[3] = "error", [4] = "warning", [5] = "notice", [6] = "info",
+		[3] = "error",
+		[4] = "warning",
+		[5] = "notice",
+		[6] = "info",
 	};
 
 	return level < sizeof(names) / sizeof(names[0]) && names[level] ? names[level] : "error";
@@ -76,8 +79,12 @@ static void add(struct events *events, const char *device, struct place *place,
 	struct row *row = &events->row[events->rows++];
 
 	*row = (struct row){
-		.device = device, .epoch = place->epoch, .restarted = place->restarted,
-		.lost = place->lost, .order_ns = place->order_ns, .event = *event,
+		.device = device,
+		.epoch = place->epoch,
+		.restarted = place->restarted,
+		.lost = place->lost,
+		.order_ns = place->order_ns,
+		.event = *event,
 	};
 	usage_printable(row->event.kind);
 	usage_printable(row->event.text);

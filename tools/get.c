@@ -23,7 +23,7 @@ struct answer {
 	struct choice choice;
 	struct model_judgement judgement;
 	struct model_images images;
-	int width;		/* of the longest name */
+	int width; /* of the longest name */
 };
 
 static void prepare(struct answer *answer, const struct view_device *device)
@@ -75,9 +75,8 @@ static void print_place(const struct answer *answer, const struct model_row *row
 			unsigned int index)
 {
 	const char *label;
-	const unsigned int terminal = model_board_terminal(row, index,
-							   answer->device->state.identity.hardware,
-							   &label);
+	const unsigned int terminal =
+		model_board_terminal(row, index, answer->device->state.identity.hardware, &label);
 
 	if (terminal && label)
 		printf("  terminal %u, %s", terminal, label);
@@ -87,8 +86,8 @@ static void print_place(const struct answer *answer, const struct model_row *row
 		printf("  %s", label);
 }
 
-static void print_line(const struct answer *answer, const struct model_row *row,
-		       unsigned int index, const char *name)
+static void print_line(const struct answer *answer, const struct model_row *row, unsigned int index,
+		       const char *name)
 {
 	struct model_value value;
 	char buffer[VALUE_TEXT], text[2 * VALUE_TEXT];
@@ -107,8 +106,7 @@ static void print_line(const struct answer *answer, const struct model_row *row,
 	putchar('\n');
 }
 
-static void print_only(const struct answer *answer, const struct model_row *row,
-		       unsigned int index)
+static void print_only(const struct answer *answer, const struct model_row *row, unsigned int index)
 {
 	struct model_value value;
 	char text[VALUE_TEXT];

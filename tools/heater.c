@@ -22,7 +22,7 @@ enum verb { HEAT, TUNE, GAIN, RESET, VERBS };
 struct order {
 	enum verb verb;
 	double celsius;
-	double seconds;			/* HEAT: 0 = until a signal */
+	double seconds; /* HEAT: 0 = until a signal */
 	struct loop_gain gain;
 };
 
@@ -70,8 +70,10 @@ static bool begin(struct loop_run *run, double celsius)
 	const struct pokeys_heater *heater = heater_of(run);
 
 	if (celsius > (double)heater->target_maximum)
-		return loop_fails(run, "%g C is above its highest target, %g C; see max-target in "
-			     "pokeysd.conf(5)", celsius, (double)heater->target_maximum);
+		return loop_fails(run,
+				  "%g C is above its highest target, %g C; see max-target in "
+				  "pokeysd.conf(5)",
+				  celsius, (double)heater->target_maximum);
 	want(run, 0);
 	return loop_is_ready(run);
 }
@@ -112,8 +114,8 @@ static void print_gains(const struct loop_run *run)
 	const struct pokeys_heater *heater = heater_of(run);
 
 	printf("%s: heater %s: gains found; write them into [heater %s] in pokeysd.conf, and "
-	       "restart pokeysd:\npid-p = %.4g\npid-i = %.4g\npid-d = %.4g\n", run->device,
-	       run->name, run->name, (double)heater->tuned_p, (double)heater->tuned_i,
+	       "restart pokeysd:\npid-p = %.4g\npid-i = %.4g\npid-d = %.4g\n",
+	       run->device, run->name, run->name, (double)heater->tuned_p, (double)heater->tuned_i,
 	       (double)heater->tuned_d);
 }
 
@@ -203,23 +205,32 @@ static void csv_line(FILE *to, const struct pokeys_state *state, unsigned int in
 }
 
 static const struct loop_kind kind = {
-	.word = "heater", .most = POKEYS_HEATERS, .turn_ms = COMMANDER_TURN_MS,
-	.gains = POKEYS_GAIN_D + 1, .gain_most = 100000,
+	.word = "heater",
+	.most = POKEYS_HEATERS,
+	.turn_ms = COMMANDER_TURN_MS,
+	.gains = POKEYS_GAIN_D + 1,
+	.gain_most = 100000,
 	.lapsed = "this program was suspended, or pokeysd was away; the heater was switched off",
 	.silent = "the device or pokeysd does not answer any more; the daemon or the device's "
 		  "failsafe switches the heater off",
-	.is_there = print_has_heater, .name = name, .trouble = trouble,
-	.csv_head = "temperature,target,power", .csv_line = csv_line,
+	.is_there = print_has_heater,
+	.name = name,
+	.trouble = trouble,
+	.csv_head = "temperature,target,power",
+	.csv_line = csv_line,
 };
 
 static bool take(const struct options *options, struct order *order)
 {
 	static const struct loop_verb verbs[VERBS] = {
-		[HEAT] = { "heat", 4 }, [TUNE] = { "tune", 4 }, [GAIN] = { "gain", 5 },
+		[HEAT] = { "heat", 4 },
+		[TUNE] = { "tune", 4 },
+		[GAIN] = { "gain", 5 },
 		[RESET] = { "reset", 3 },
 	};
 	char *const *names = options->names;
-	const size_t verb = loop_take_verb(options, verbs, VERBS,
+	const size_t verb = loop_take_verb(
+		options, verbs, VERBS,
 		"heater needs a device, a heater, and what to do: pokeysctl heater printer bed "
 		"heat 60 (or tune 60, gain pid-p 30, reset)");
 

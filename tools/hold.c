@@ -85,14 +85,16 @@ static bool keep(pokeys_client *client, const struct hold *hold, double seconds)
 	while (!commander_ended() && commander_ms() < over_ms) {
 		if (pokeys_client_renew(client)) {
 			complain("%s: this program was stopped, or pokeysd was away; the outputs "
-				 "went to the safe state", hold->device);
+				 "went to the safe state",
+				 hold->device);
 			return false;
 		}
 		if (is_so(client, hold, true)) {
 			so_ms = commander_ms();
 		} else if (commander_ms() - so_ms > LOST_MS) {
 			complain("%s: the outputs do not follow any more; pokeysctl status %s says "
-				 "why", hold->device, hold->device);
+				 "why",
+				 hold->device, hold->device);
 			return false;
 		}
 		commander_nap(COMMANDER_TURN_MS);
@@ -132,7 +134,7 @@ int hold_for(struct hold *hold, const struct options *options)
 	if (!client)
 		return status;
 	status = STATUS_FAILED;
-	pokeys_client_read_report(client, &report);	/* without one, no settings are known */
+	pokeys_client_read_report(client, &report); /* without one, no settings are known */
 	if (hold->kind->begin(hold, &state, &report) &&
 	    put_back(client, hold, switch_it(client, hold, seconds)))
 		status = STATUS_OK;

@@ -22,11 +22,11 @@ struct hold_kind {
 struct hold {
 	const struct hold_kind *kind;
 	const char *device;
-	char how[48];			/* "on", as it is said behind the terminals */
-	uint64_t terminals;		/* bit = terminal - 1 */
-	uint64_t wanted, before;	/* outputs: of them, those that are on */
-	double duty;			/* PWM: 0..1 */
-	uint32_t channels, period;	/* bit = channel; ticks */
+	char how[48];              /* "on", as it is said behind the terminals */
+	uint64_t terminals;        /* bit = terminal - 1 */
+	uint64_t wanted, before;   /* outputs: of them, those that are on */
+	double duty;               /* PWM: 0..1 */
+	uint32_t channels, period; /* bit = channel; ticks */
 };
 
 /* "31", "31,33" or "31-34". False if it is none of them. */

@@ -15,18 +15,18 @@ enum { JSON_DEPTH = 16 };
 struct json {
 	FILE *to;
 	unsigned int depth;
-	bool filled[JSON_DEPTH];	/* something stands at this depth already */
+	bool filled[JSON_DEPTH]; /* something stands at this depth already */
 	char closing[JSON_DEPTH];
 };
 
 void json_init(struct json *json, FILE *to);
 void json_object(struct json *json, const char *key);
 void json_array(struct json *json, const char *key);
-void json_end(struct json *json);	/* of the innermost; of the outermost: and a newline */
+void json_end(struct json *json); /* of the innermost; of the outermost: and a newline */
 
 void json_integer(struct json *json, const char *key, int64_t value);
 void json_unsigned(struct json *json, const char *key, uint64_t value);
-void json_real(struct json *json, const char *key, double value);	/* null if not finite */
+void json_real(struct json *json, const char *key, double value); /* null if not finite */
 void json_bool(struct json *json, const char *key, bool value);
 void json_null(struct json *json, const char *key);
 

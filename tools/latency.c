@@ -79,8 +79,8 @@ static void prepare(struct latency_run *run, const struct options *options,
 	run->priority = options->no_realtime ? 0 : options->priority;
 	run->seconds = options->seconds;
 	run->period_ns = daemon ? daemon->state.period_ns : DEFAULT_PERIOD_NS;
-	run->phase_ns = daemon ? (daemon->state.t_cycle_ns + run->period_ns / 2) %
-				 run->period_ns : 0;
+	run->phase_ns = daemon ? (daemon->state.t_cycle_ns + run->period_ns / 2) % run->period_ns :
+				 0;
 	run->series[0].cpu = cpu;
 	snprintf(run->series[0].title, sizeof(run->series[0].title), "sleeper, core %d", cpu);
 	run->count = 1;
@@ -91,7 +91,8 @@ static void prepare(struct latency_run *run, const struct options *options,
 		run->count = 2;
 	}
 	if (daemon && spins)
-		snprintf(run->note, sizeof(run->note), "the daemon spins and keeps its core, so a "
+		snprintf(run->note, sizeof(run->note),
+			 "the daemon spins and keeps its core, so a "
 			 "sleeper beside it measures the daemon");
 }
 

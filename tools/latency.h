@@ -15,7 +15,7 @@ enum { LATENCY_SERIES = 3, LATENCY_PARTS = 16 };
 /* One thread that wakes up each period, or the daemon's. */
 struct latency_series {
 	char title[40];
-	int cpu;			/* -1 = any, or not known */
+	int cpu; /* -1 = any, or not known */
 	struct pokeys_histogram histogram;
 };
 
@@ -27,12 +27,12 @@ struct latency_part {
 
 struct latency_run {
 	char kernel[96];
-	int is_virtual;			/* 1 yes, 0 no sign of it, -1 not known */
-	int priority;			/* SCHED_FIFO, 0 = not realtime */
+	int is_virtual; /* 1 yes, 0 no sign of it, -1 not known */
+	int priority;   /* SCHED_FIFO, 0 = not realtime */
 	double seconds;
 	uint64_t period_ns;
-	uint64_t phase_ns;		/* ticks lie at this + n * period, CLOCK_MONOTONIC */
-	char note[288];			/* what to know when reading it; empty */
+	uint64_t phase_ns; /* ticks lie at this + n * period, CLOCK_MONOTONIC */
+	char note[288];    /* what to know when reading it; empty */
 	size_t count;
 	struct latency_series series[LATENCY_SERIES];
 	size_t parts;

@@ -52,8 +52,8 @@ static void explain(const struct view *view, const char *directory, int known, c
 	if (known < 0)
 		mirror_explain(directory, known, why, size);
 	else if (!known)
-		snprintf(why, size, "no daemon runs in %s%s", directory, has_begun(directory) ?
-			 " any more, or it is only just starting" : "");
+		snprintf(why, size, "no daemon runs in %s%s", directory,
+			 has_begun(directory) ? " any more, or it is only just starting" : "");
 	else if (!view->count)
 		snprintf(why, size, "%s: a daemon is there, but cannot be attached to", directory);
 	else if (device->freshness == VIEW_NONE || device->freshness == VIEW_DEAD)

@@ -32,7 +32,7 @@ struct sleeper {
 	const struct latency_run *run;
 	struct latency_series *series;
 	uint64_t end_ns;
-	int result;			/* -errno */
+	int result; /* -errno */
 };
 
 static atomic_bool stopped;
@@ -56,7 +56,8 @@ static void add(struct pokeys_histogram *histogram, uint64_t late_ns)
 static void sleep_until(uint64_t at_ns)
 {
 	const struct timespec at = {
-		(time_t)(at_ns / 1000000000u), (long)(at_ns % 1000000000u),
+		(time_t)(at_ns / 1000000000u),
+		(long)(at_ns % 1000000000u),
 	};
 
 	clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, NULL);
@@ -70,7 +71,7 @@ static void measure(struct sleeper *sleeper)
 	while (tick < sleeper->end_ns && !atomic_load(&stopped)) {
 		sleep_until(tick);
 		now = view_now();
-		if (now < tick)		/* a signal woke us up */
+		if (now < tick) /* a signal woke us up */
 			continue;
 		add(&sleeper->series->histogram, now - tick);
 		tick += ((now - tick) / period + 1) * period;
@@ -133,7 +134,8 @@ static int start(struct sleeper *sleeper)
 
 static void explain_memory(int result, char *why, size_t size)
 {
-	snprintf(why, size, "memory cannot be locked: %s; run it as root, or raise this "
+	snprintf(why, size,
+		 "memory cannot be locked: %s; run it as root, or raise this "
 		 "user's limit (ulimit -l unlimited), or measure without: --no-realtime",
 		 strerror(-result));
 }
@@ -144,9 +146,11 @@ static int explain(const struct sleeper *sleeper, int result, char *why, size_t 
 		snprintf(why, size, "core %d is not there, or not for this process",
 			 sleeper->series->cpu);
 	else if (result == -EPERM)
-		snprintf(why, size, "SCHED_FIFO priority %d is refused; run it as root, or give "
+		snprintf(why, size,
+			 "SCHED_FIFO priority %d is refused; run it as root, or give "
 			 "this user a limit (rtprio in /etc/security/limits.d), or measure "
-			 "without: --no-realtime", sleeper->run->priority);
+			 "without: --no-realtime",
+			 sleeper->run->priority);
 	else if (result == -EAGAIN)
 		explain_memory(-ENOMEM, why, size);
 	else
@@ -179,7 +183,9 @@ int latency_measure(struct latency_run *run, size_t count, char *why, size_t siz
 	sigaction(SIGTERM, &action, NULL);
 	for (; started < count && !result; started += !result) {
 		sleepers[started] = (struct sleeper){
-			.run = run, .series = &run->series[started], .end_ns = end,
+			.run = run,
+			.series = &run->series[started],
+			.end_ns = end,
 		};
 		result = start(&sleepers[started]);
 		if (result)

@@ -19,8 +19,8 @@ enum { WIDTH = 860, HEIGHT = 440, LEFT = 60, RIGHT = 20, TOP = 110, BOTTOM = 45,
 static const char *const colours[LATENCY_SERIES] = { "#1f77b4", "#2ca02c", "#d62728" };
 
 struct scale {
-	unsigned int buckets;		/* shown */
-	double decades;			/* of counts */
+	unsigned int buckets; /* shown */
+	double decades;       /* of counts */
 };
 
 static double x_of(const struct scale *scale, double bucket)
@@ -73,8 +73,8 @@ static void label(double x, double y, const char *anchor, const char *text, FILE
 
 static void line(double x1, double y1, double x2, double y2, FILE *to)
 {
-	fprintf(to, "<line x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\" stroke=\"#ccc\"/>\n",
-		x1, y1, x2, y2);
+	fprintf(to, "<line x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\" stroke=\"#ccc\"/>\n", x1,
+		y1, x2, y2);
 }
 
 static void put_axes(const struct scale *scale, FILE *to)
@@ -134,10 +134,11 @@ void latency_plot(const struct latency_run *run, FILE *to)
 
 	if (run->priority)
 		snprintf(priority, sizeof(priority), "SCHED_FIFO %d", run->priority);
-	fprintf(to, "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %d\" width=\"%d\" "
+	fprintf(to,
+		"<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %d\" width=\"%d\" "
 		"height=\"%d\" font-family=\"sans-serif\" font-size=\"12\">\n"
-		"<rect width=\"100%%\" height=\"100%%\" fill=\"white\"/>\n", WIDTH, HEIGHT, WIDTH,
-		HEIGHT);
+		"<rect width=\"100%%\" height=\"100%%\" fill=\"white\"/>\n",
+		WIDTH, HEIGHT, WIDTH, HEIGHT);
 	snprintf(text, sizeof(text), "Linux %s%s, %.1f s, every %g us, %s", run->kernel,
 		 run->is_virtual > 0 ? " (virtual machine)" : "", run->seconds,
 		 (double)run->period_ns / 1e3, priority);

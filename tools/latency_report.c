@@ -69,7 +69,7 @@ static const struct {
 	const char *title, *key;
 	double part;
 } rows[] = {
-	{ "least", "min_us", -1 }, { "median", "p50_us", 0.5 }, { "p99", "p99_us", 0.99 },
+	{ "least", "min_us", -1 },     { "median", "p50_us", 0.5 }, { "p99", "p99_us", 0.99 },
 	{ "p99.9", "p999_us", 0.999 }, { "most", "max_us", 2 },
 };
 
@@ -90,8 +90,10 @@ static void print_head(const struct latency_run *run, FILE *to)
 {
 	char period[16];
 
-	fprintf(to, "Linux %s%s, %.1f s, every %s, ", run->kernel, run->is_virtual > 0 ?
-		", a virtual machine" : run->is_virtual < 0 ? ", perhaps a virtual machine" : "",
+	fprintf(to, "Linux %s%s, %.1f s, every %s, ", run->kernel,
+		run->is_virtual > 0 ? ", a virtual machine" :
+		run->is_virtual < 0 ? ", perhaps a virtual machine" :
+				      "",
 		run->seconds, print_duration((double)run->period_ns, period));
 	if (run->priority)
 		fprintf(to, "SCHED_FIFO %d, locked memory\n", run->priority);
@@ -122,13 +124,14 @@ static void print_bars(const struct latency_run *run, size_t first, FILE *to)
 	static const char bar[BAR + 1] = "############";
 	char from[16];
 
-	fprintf(to, "%-10s", print_duration((double)pokeys_histogram_lower((unsigned int)first),
-						from));
+	fprintf(to, "%-10s",
+		print_duration((double)pokeys_histogram_lower((unsigned int)first), from));
 	for (size_t i = 0; i < run->count; i++) {
 		const struct pokeys_histogram *histogram = &run->series[i].histogram;
 		uint64_t count = octave(histogram, first);
 		double part = count ? (1 + log((double)count)) /
-				      (1 + log((double)histogram->count)) : 0;
+					      (1 + log((double)histogram->count)) :
+				      0;
 
 		fprintf(to, "  %8llu %-13.*s", (unsigned long long)count,
 			(int)fmin(ceil(part * BAR), BAR), bar);

@@ -73,8 +73,7 @@ bool loop_look(struct loop_run *run)
 	return true;
 }
 
-bool loop_await(struct loop_run *run, const char *what,
-		bool (*is_so)(const struct loop_run *run))
+bool loop_await(struct loop_run *run, const char *what, bool (*is_so)(const struct loop_run *run))
 {
 	const uint64_t end_ms = commander_ms() + FOLLOW_MS;
 
@@ -130,9 +129,10 @@ bool loop_explain(struct loop_run *run)
 	char why[PRINT_OBSTACLE_MAX];
 
 	if (trouble.fault)
-		return loop_fails(run, "off by a fault: %s; when its cause is gone: pokeysctl %s "
-				  "%s %s reset", trouble.fault, run->kind->word, run->device,
-				  run->name);
+		return loop_fails(run,
+				  "off by a fault: %s; when its cause is gone: pokeysctl %s "
+				  "%s %s reset",
+				  trouble.fault, run->kind->word, run->device, run->name);
 	if (trouble.condition)
 		return loop_fails(run, "not ready: %s%s", trouble.condition,
 				  print_obstacle(trouble.obstacle, why));
@@ -154,8 +154,7 @@ bool loop_is_ready(struct loop_run *run)
 	return (!trouble_of(run).condition && !trouble_of(run).fault) || loop_explain(run);
 }
 
-bool loop_reset(struct loop_run *run, enum pokeys_one_shot_operation operation,
-		const char *then)
+bool loop_reset(struct loop_run *run, enum pokeys_one_shot_operation operation, const char *then)
 {
 	struct loop_trouble trouble;
 	char why[PRINT_OBSTACLE_MAX];
@@ -216,7 +215,8 @@ bool loop_regain(struct loop_run *run, enum pokeys_one_shot_operation operation,
 {
 	const char *name = pokeys_gain_name((uint8_t)gain->which);
 	const struct pokeys_one_shot shot = {
-		.operation = (uint8_t)operation, .mask = (uint8_t)gain->which,
+		.operation = (uint8_t)operation,
+		.mask = (uint8_t)gain->which,
 		.parameter = { (float)gain->value },
 	};
 	enum pokeys_outcome outcome;
@@ -230,8 +230,9 @@ bool loop_regain(struct loop_run *run, enum pokeys_one_shot_operation operation,
 		return loop_fails(run, "%s = %g is refused: pid-p and pid-i must not both be 0",
 				  name, gain->value);
 	printf("%s: %s %s: %s = %g until pokeysd ends; write it into [%s %s] in pokeysd.conf to "
-	       "keep it\n", run->device, run->kind->word, run->name, name, gain->value,
-	       run->kind->word, run->name);
+	       "keep it\n",
+	       run->device, run->kind->word, run->name, name, gain->value, run->kind->word,
+	       run->name);
 	return true;
 }
 

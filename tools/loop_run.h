@@ -11,7 +11,7 @@
 /* What keeps a loop off, in words; NULL = nothing. */
 struct loop_trouble {
 	const char *fault, *condition, *refusal;
-	uint8_t obstacle;		/* enum pokeys_obstacle, of the condition */
+	uint8_t obstacle; /* enum pokeys_obstacle, of the condition */
 };
 
 /* What can be done with it, and how many names the command line has then. */
@@ -23,43 +23,43 @@ struct loop_verb {
 /* A gain that is to be changed. */
 struct loop_gain {
 	enum pokeys_gain which;
-	double value;			/* in the units of pokeysd.conf(5) */
+	double value; /* in the units of pokeysd.conf(5) */
 };
 
 /* One kind of loops, by its index in the state. */
 struct loop_kind {
-	const char *word;		/* "heater", also of its section in pokeysd.conf */
-	const char *lapsed, *silent;	/* what becomes of it without this program, and us */
+	const char *word;            /* "heater", also of its section in pokeysd.conf */
+	const char *lapsed, *silent; /* what becomes of it without this program, and us */
 	unsigned int most;
-	unsigned int turn_ms;		/* from one loop_look() to the next */
-	unsigned int gains;		/* the first ones of enum pokeys_gain */
+	unsigned int turn_ms; /* from one loop_look() to the next */
+	unsigned int gains;   /* the first ones of enum pokeys_gain */
 	double gain_most;
 	bool (*is_there)(const struct pokeys_state *state, unsigned int index);
 	const char *(*name)(const struct pokeys_state *state, unsigned int index);
 	struct loop_trouble (*trouble)(const struct pokeys_state *state, unsigned int index);
-	const char *csv_head;		/* the columns after time_s */
+	const char *csv_head; /* the columns after time_s */
 	void (*csv_line)(FILE *to, const struct pokeys_state *state, unsigned int index);
 };
 
 struct loop_run {
 	const struct loop_kind *kind;
 	const char *device;
-	const char *written;		/* the loop, as the command line names it */
-	char name[32];			/* of its section in pokeysd.conf */
+	const char *written; /* the loop, as the command line names it */
+	char name[32];       /* of its section in pokeysd.conf */
 	unsigned int index;
 	pokeys_client *client;
-	struct pokeys_state state;	/* read last */
+	struct pokeys_state state; /* read last */
 	struct pokeys_command command;
-	uint64_t fresh_ms;		/* when `state` was read */
-	uint64_t shown_ms;		/* when the last line was printed */
-	bool fresh;			/* by the last loop_look() */
-	bool terminal;			/* the line can be overwritten */
-	bool drawn;			/* the cursor is in such a line */
-	bool mark;			/* of the last line */
-	bool told;			/* an error was printed */
+	uint64_t fresh_ms; /* when `state` was read */
+	uint64_t shown_ms; /* when the last line was printed */
+	bool fresh;        /* by the last loop_look() */
+	bool terminal;     /* the line can be overwritten */
+	bool drawn;        /* the cursor is in such a line */
+	bool mark;         /* of the last line */
+	bool told;         /* an error was printed */
 	const char *csv_name;
-	FILE *csv;			/* what happens to the loop; NULL = nowhere */
-	uint64_t csv_begin_ns, csv_ns;	/* cycles of the first and of the last line */
+	FILE *csv;                     /* what happens to the loop; NULL = nowhere */
+	uint64_t csv_begin_ns, csv_ns; /* cycles of the first and of the last line */
 };
 
 /*
@@ -84,8 +84,7 @@ bool loop_fails(struct loop_run *run, const char *format, ...)
 bool loop_look(struct loop_run *run);
 
 /* Look until it is so, for three seconds. False after an error message. */
-bool loop_await(struct loop_run *run, const char *what,
-		bool (*is_so)(const struct loop_run *run));
+bool loop_await(struct loop_run *run, const char *what, bool (*is_so)(const struct loop_run *run));
 
 /* Give a one-shot, or one for this loop, and wait for its outcome; NONE after an error message. */
 enum pokeys_outcome loop_give(struct loop_run *run, struct pokeys_one_shot shot);
@@ -100,8 +99,7 @@ bool loop_explain(struct loop_run *run);
 bool loop_is_ready(struct loop_run *run);
 
 /* Clear its fault, and print that, with what it can do then. False after an error message. */
-bool loop_reset(struct loop_run *run, enum pokeys_one_shot_operation operation,
-		const char *then);
+bool loop_reset(struct loop_run *run, enum pokeys_one_shot_operation operation, const char *then);
 
 /* Which of these verbs the command line has; `count` after an error message, which is `usage`. */
 size_t loop_take_verb(const struct options *options, const struct loop_verb *verbs, size_t count,

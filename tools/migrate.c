@@ -23,9 +23,11 @@ static void print_next(const struct migrate *machine, bool is_written)
 		       step++, ini, length, ini, length, ini);
 	printf("%d. Add the section of %.*s.pokeysd.conf to /etc/pokeysd/pokeysd.conf. Then run:\n"
 	       "   sudo pokeysd --check-config && sudo systemctl restart pokeysd && "
-	       "pokeysctl status\n", step++, length, ini);
+	       "pokeysctl status\n",
+	       step++, length, ini);
 	printf("%d. Start \"linuxcnc %.*s.pokeysd.ini\". Test the emergency stop, the limit "
-	       "switches and the\n   outputs before you move an axis.\n", step, length, ini);
+	       "switches and the\n   outputs before you move an axis.\n",
+	       step, length, ini);
 }
 
 int command_migrate(const struct options *options)
@@ -48,7 +50,8 @@ int command_migrate(const struct options *options)
 		result = migrate_find_changes(&machine, &changes);
 	if (!result && !machine.uses) {
 		complain("%s: nothing in it or its HAL files is a name of the older component "
-			 "(pokeys.0. ...)", options->names[0]);
+			 "(pokeys.0. ...)",
+			 options->names[0]);
 		result = -1;
 	}
 	if (!result) {

@@ -14,17 +14,17 @@
 #include "halbridge/table.h"
 
 enum migrate_kind {
-	MIGRATE_EARLIER,	/* another meaning in earlier versions: then, now, what to do */
-	MIGRATE_CHOICE,		/* a legacy.* parameter: default, if 1, reason */
-	MIGRATE_DIFFERENT,	/* before, now */
-	MIGRATE_NOTHING,	/* why it has no function */
+	MIGRATE_EARLIER,   /* another meaning in earlier versions: then, now, what to do */
+	MIGRATE_CHOICE,    /* a legacy.* parameter: default, if 1, reason */
+	MIGRATE_DIFFERENT, /* before, now */
+	MIGRATE_NOTHING,   /* why it has no function */
 };
 
 /* A row of docs/compatibility.md. */
 struct migrate_note {
 	enum migrate_kind kind;
-	const char *names;	/* patterns, a blank between them */
-	const char *condition;	/* "negative", "true" ...; "" = always */
+	const char *names;     /* patterns, a blank between them */
+	const char *condition; /* "negative", "true" ...; "" = always */
 	const char *text[3];
 };
 
@@ -33,12 +33,12 @@ extern const size_t migrate_note_count;
 
 /* A command of a HAL file, or of the INI file. */
 struct migrate_line {
-	size_t file;			/* of migrate.file; SIZE_MAX is the INI file */
-	unsigned int number, last;	/* lines of the file, where it is continued */
-	bool is_key;			/* no command, but a key that the component reads itself */
+	size_t file;               /* of migrate.file; SIZE_MAX is the INI file */
+	unsigned int number, last; /* lines of the file, where it is continued */
+	bool is_key;               /* no command, but a key that the component reads itself */
 	size_t words;
-	char **word;			/* [SECTION]KEY replaced by its value */
-	char **raw;			/* as it is written */
+	char **word; /* [SECTION]KEY replaced by its value */
+	char **raw;  /* as it is written */
 };
 
 struct migrate_file {
@@ -49,10 +49,10 @@ struct migrate_file {
 
 /* A line that loads a HAL file. */
 struct migrate_load {
-	size_t from;			/* file of the line */
-	unsigned int number;		/* of the line */
-	size_t file;			/* index of the loaded file */
-	char *path;			/* as the line has it */
+	size_t from;         /* file of the line */
+	unsigned int number; /* of the line */
+	size_t file;         /* index of the loaded file */
+	char *path;          /* as the line has it */
 };
 
 /* What a name of the older component is used for. */
@@ -61,13 +61,13 @@ enum migrate_how { MIGRATE_LINKED, MIGRATE_SET };
 struct migrate_use {
 	const struct migrate_line *line;
 	enum migrate_how how;
-	unsigned int device;		/* pokeys.N */
-	size_t word;			/* of the line */
-	const char *name;		/* after "pokeys.N." */
-	const char *other;		/* the signal that it is linked to, or the value */
-	const struct table_row *row;	/* NULL = there is no such name */
+	unsigned int device;         /* pokeys.N */
+	size_t word;                 /* of the line */
+	const char *name;            /* after "pokeys.N." */
+	const char *other;           /* the signal that it is linked to, or the value */
+	const struct table_row *row; /* NULL = there is no such name */
 	unsigned int index;
-	bool is_computed;		/* $i in a Tcl file: any number */
+	bool is_computed; /* $i in a Tcl file: any number */
 };
 
 struct migrate {
@@ -78,7 +78,7 @@ struct migrate {
 	size_t loads;
 	struct migrate_line *line;
 	size_t lines;
-	bool has_includes;		/* #INCLUDE, which is not followed */
+	bool has_includes; /* #INCLUDE, which is not followed */
 	struct migrate_use *use;
 	size_t uses;
 };
@@ -117,11 +117,11 @@ void migrate_device_name(const struct migrate *machine, unsigned int device,
 
 /* A line of a file that has to be changed, or has a line added before or after it. */
 struct migrate_change {
-	size_t file;			/* as in migrate_line */
+	size_t file; /* as in migrate_line */
 	unsigned int number, last;
 	enum { MIGRATE_REPLACE, MIGRATE_BEFORE, MIGRATE_AFTER, MIGRATE_REMOVE } what;
-	bool is_command;		/* of the INI file, behind "HALCMD =" */
-	bool by_hand;			/* the line is more than one command */
+	bool is_command; /* of the INI file, behind "HALCMD =" */
+	bool by_hand;    /* the line is more than one command */
 	char *text;
 	const char *why;
 };
@@ -129,8 +129,8 @@ struct migrate_change {
 struct migrate_changes {
 	struct migrate_change *change;
 	size_t count;
-	bool has_no_component;		/* no line loads it */
-	bool has_no_thread;		/* the place of its functs in the thread is unknown */
+	bool has_no_component; /* no line loads it */
+	bool has_no_thread;    /* the place of its functs in the thread is unknown */
 };
 
 /* 0 or -ENOMEM. To be freed in any case. */

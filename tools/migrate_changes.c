@@ -28,22 +28,29 @@ static int add(const struct migrate *machine, struct migrate_changes *to,
 {
 	struct migrate_change *all;
 
-	all = what != MIGRATE_REMOVE && !text ? NULL :
-	      reallocarray(to->change, to->count + 1, sizeof(*all));
+	all = what != MIGRATE_REMOVE && !text ?
+		      NULL :
+		      reallocarray(to->change, to->count + 1, sizeof(*all));
 	if (!all) {
 		free(text);
 		return -ENOMEM;
 	}
 	to->change = all;
 	all[to->count++] = (struct migrate_change){
-		.file = line->file, .number = line->number, .last = line->last, .what = what,
-		.is_command = line->file == SIZE_MAX && line->words, .text = text, .why = why,
+		.file = line->file,
+		.number = line->number,
+		.last = line->last,
+		.what = what,
+		.is_command = line->file == SIZE_MAX && line->words,
+		.text = text,
+		.why = why,
 		.by_hand = !is_plain(machine, line),
 	};
 	return 0;
 }
 
-__attribute__((format(printf, 1, 2)))
+static char *text_of(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
 static char *text_of(const char *format, ...)
 {
 	va_list arguments;
@@ -151,9 +158,10 @@ static int add_functs(const struct migrate *machine, const struct migrate_line *
 			 functs(machine, load, "read", reads->word[2]),
 			 "reads inputs and positions before motion");
 
-	return result ? result : add(machine, changes, writes, MIGRATE_AFTER,
-				     functs(machine, "", "write", writes->word[2]),
-				     "sends outputs and commands after motion");
+	return result ? result :
+			add(machine, changes, writes, MIGRATE_AFTER,
+			    functs(machine, "", "write", writes->word[2]),
+			    "sends outputs and commands after motion");
 }
 
 /* Nothing, if it is loaded into realtime already, or if its place there is not known. */

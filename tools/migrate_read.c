@@ -19,7 +19,7 @@
 #include "tools/migrate.h"
 #include "tools/pokeysctl.h"
 
-enum { DEPTH = 8 };	/* of HAL files that load each other */
+enum { DEPTH = 8 }; /* of HAL files that load each other */
 
 const char *migrate_ini(const struct migrate *machine, const char *section, const char *key)
 {
@@ -169,8 +169,9 @@ static int add_line(struct migrate *machine, const struct migrate_line *like, co
 		result = add_word(machine, &line, word,
 				  length - (length > 1 && word[length - 1] == ';'));
 	}
-	lines = result || !line.words ? NULL :
-		reallocarray(machine->line, machine->lines + 1, sizeof(*lines));
+	lines = result || !line.words ?
+			NULL :
+			reallocarray(machine->line, machine->lines + 1, sizeof(*lines));
 	if (!lines) {
 		result = line.words && !result ? -ENOMEM : result;
 		free_line(&line);
@@ -286,7 +287,9 @@ static int add_load(struct migrate *machine, const struct migrate_line *by, cons
 		return -ENOMEM;
 	machine->load = load;
 	load[machine->loads] = (struct migrate_load){
-		.from = by->file, .number = by->number, .file = machine->files,
+		.from = by->file,
+		.number = by->number,
+		.file = machine->files,
 		.path = strdup(path),
 	};
 	return load[machine->loads++].path ? 0 : -ENOMEM;
@@ -342,15 +345,16 @@ static int read_named(struct migrate *machine, const struct migrate_line *like, 
 
 static int read_all_hal(struct migrate *machine)
 {
-	static const char *const order[] = { "HALFILE", "HALCMD", "POSTGUI_HALFILE",
-					     "SHUTDOWN" };
+	static const char *const order[] = { "HALFILE", "HALCMD", "POSTGUI_HALFILE", "SHUTDOWN" };
 	int result = 0;
 
 	for (size_t k = 0; k < sizeof(order) / sizeof(order[0]); k++) {
 		for (size_t i = 0; !result && i < machine->ini.count; i++) {
 			const struct ini_entry *entry = &machine->ini.entry[i];
 			const struct migrate_line like = {
-				.file = SIZE_MAX, .number = entry->line, .last = entry->line,
+				.file = SIZE_MAX,
+				.number = entry->line,
+				.last = entry->line,
 			};
 
 			if (strcmp(entry->section, "HAL") != 0 || strcmp(entry->key, order[k]) != 0)
@@ -434,8 +438,9 @@ int migrate_read(struct migrate *machine, const char *ini, char *const *hal, siz
 	int result;
 
 	*machine = (struct migrate){ 0 };
-	result = !stat(ini, &status) && !S_ISREG(status.st_mode) ? -EINVAL :
-		 ini_file_read_all(&machine->ini, ini);
+	result = !stat(ini, &status) && !S_ISREG(status.st_mode) ?
+			 -EINVAL :
+			 ini_file_read_all(&machine->ini, ini);
 	if (result) {
 		complain("%s: %s", ini, result == -EINVAL ? "it is no file" : strerror(-result));
 		return result;

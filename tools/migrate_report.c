@@ -163,9 +163,11 @@ static const struct choice {
 	{ "whole-scale", "PEv2.N.stepgen.STEP-SCALE", FRACTION },
 	{ "pressed-key-lights", "kbd48CNC.N.*", LINKED },
 	{ "key-brightness", "kbd48CNC.*", LINKED },
-	{ "old-switches", "PEv2.N.digin.LimitN.in PEv2.N.digin.LimitN.in-not "
+	{ "old-switches",
+	  "PEv2.N.digin.LimitN.in PEv2.N.digin.LimitN.in-not "
 	  "PEv2.N.digin.LimitP.in PEv2.N.digin.LimitP.in-not "
-	  "PEv2.N.digin.Home.in PEv2.N.digin.Home.in-not", LINKED },
+	  "PEv2.N.digin.Home.in PEv2.N.digin.Home.in-not",
+	  LINKED },
 	{ "old-emergency", "PEv2.digin.Emergency.in", LINKED },
 	{ "encoder-factor", "encoder.N.scale", HIGH_ENCODER },
 };
@@ -225,7 +227,8 @@ static void print_choices(const struct migrate *machine, FILE *to)
 			continue;
 		if (!any)
 			fputs("\nChoices. To change one, add to the HAL file, after the component "
-			      "is loaded: setp pokeys.0.legacy.NAME 1 (or 0):\n", to);
+			      "is loaded: setp pokeys.0.legacy.NAME 1 (or 0):\n",
+			      to);
 		any = true;
 		snprintf(head, sizeof(head), "- %s, default %s", note->names, note->text[0]);
 		fprintf(to, "%s (%s at %s:%u)\n", head, why->name,
@@ -239,8 +242,10 @@ static void print_changes(const struct migrate *machine, const struct migrate_ch
 			  FILE *to)
 {
 	static const char *const words[] = {
-		[MIGRATE_REPLACE] = "becomes", [MIGRATE_BEFORE] = "add before it",
-		[MIGRATE_AFTER] = "add after it", [MIGRATE_REMOVE] = "is removed",
+		[MIGRATE_REPLACE] = "becomes",
+		[MIGRATE_BEFORE] = "add before it",
+		[MIGRATE_AFTER] = "add after it",
+		[MIGRATE_REMOVE] = "is removed",
 	};
 	static const char by_hand[] = "contains more than one command; change it by hand to:";
 
@@ -264,12 +269,14 @@ static void print_changes(const struct migrate *machine, const struct migrate_ch
 		print_text("-", 0, "no line that loads the component (loadusr -W pokeys) was found",
 			   to);
 	if (changes->has_no_thread)
-		print_text("-", 0, "the loadusr line is kept, because the addf lines of "
+		print_text("-", 0,
+			   "the loadusr line is kept, because the addf lines of "
 			   "motion-command-handler and motion-controller were not found in one "
 			   "thread and in this order. To use the realtime module, replace loadusr "
 			   "with \"loadrt pokeys_shm ini=auto\", then add \"addf pokeys.0.read "
 			   "servo-thread\" before the first and \"addf pokeys.0.write "
-			   "servo-thread\" after the second", to);
+			   "servo-thread\" after the second",
+			   to);
 }
 
 static void place(const struct migrate *machine, const struct migrate_use *use, FILE *to)
@@ -287,7 +294,8 @@ static void print_unknown(const struct migrate *machine, FILE *to)
 			continue;
 		if (!any)
 			fputs("\nUnknown names (LinuxCNC stops at these lines; correct or remove "
-			      "them):\n", to);
+			      "them):\n",
+			      to);
 		any = true;
 		place(machine, &machine->use[i], to);
 		fputc('\n', to);
@@ -306,7 +314,8 @@ static void print_unread(const struct migrate *machine, FILE *to)
 			continue;
 		if (!any)
 			fputs("\nValues that could not be read, so they are missing in the "
-			      "settings below:\n", to);
+			      "settings below:\n",
+			      to);
 		any = true;
 		place(machine, use, to);
 		fprintf(to, ": %s\n", use->other);
@@ -321,7 +330,8 @@ static void print_troubles(const struct migrate *machine, FILE *to)
 				machine->file[i].path);
 	if (machine->has_includes)
 		fputs("- files that the INI file loads with #INCLUDE were not read; name their "
-		      "HAL files on the command line\n", to);
+		      "HAL files on the command line\n",
+		      to);
 	print_unknown(machine, to);
 	print_unread(machine, to);
 }
@@ -356,7 +366,8 @@ static int print_section(const struct migrate *machine, unsigned int device, FIL
 		fprintf(to, "serial = %s\n", serial);
 	else
 		fputs("# [POKEYS]DEVICE_ID is missing or 0; pokeysctl discover shows the serial "
-		      "number.\n; serial = 12345\n", to);
+		      "number.\n; serial = 12345\n",
+		      to);
 	return result ? result : config_draft_wish(&settings, to);
 }
 
@@ -364,7 +375,8 @@ int migrate_conf(const struct migrate *machine, FILE *to)
 {
 	int result = 0;
 
-	fprintf(to, "# Settings from %s and its HAL files. Add this section to\n"
+	fprintf(to,
+		"# Settings from %s and its HAL files. Add this section to\n"
 		"# /etc/pokeysd/pokeysd.conf; pokeysd then applies them before LinuxCNC starts.\n",
 		migrate_file_name(machine, SIZE_MAX));
 	for (unsigned int i = 0; !result && i < migrate_devices(machine); i++)
@@ -378,13 +390,15 @@ int migrate_report(const struct migrate *machine, const struct migrate_changes *
 	static const char *const different[3] = { "before:", "now:", NULL };
 	static const char *const nothing[3] = { "why:", NULL, NULL };
 
-	fprintf(to, "Migration of %s (%zu HAL file%s, %u device%s). Names are printed without "
-		"\"pokeys.0.\".\n", migrate_file_name(machine, SIZE_MAX), machine->files,
+	fprintf(to,
+		"Migration of %s (%zu HAL file%s, %u device%s). Names are printed without "
+		"\"pokeys.0.\".\n",
+		migrate_file_name(machine, SIZE_MAX), machine->files,
 		machine->files == 1 ? "" : "s", migrate_devices(machine),
 		migrate_devices(machine) > 1 ? "s" : "");
 	print_troubles(machine, to);
-	print_notes(machine, MIGRATE_EARLIER, "Names with another meaning in earlier versions:",
-		    earlier, to);
+	print_notes(machine, MIGRATE_EARLIER,
+		    "Names with another meaning in earlier versions:", earlier, to);
 	print_choices(machine, to);
 	print_changes(machine, changes, to);
 	print_notes(machine, MIGRATE_DIFFERENT, "Names with a different effect:", different, to);

@@ -18,7 +18,7 @@
 #include "tools/migrate.h"
 #include "tools/pokeysctl.h"
 
-enum { LOOKS = 4 };	/* until nothing more follows from what was set */
+enum { LOOKS = 4 }; /* until nothing more follows from what was set */
 
 struct run {
 	struct instance instance;
@@ -56,8 +56,8 @@ static void set_values(const struct migrate *machine, unsigned int device, struc
 		/* ini_apply() has set the keys */
 		if (use->device != device || !use->row || use->is_computed || use->line->is_key)
 			continue;
-		if (use->how == MIGRATE_LINKED &&
-		    migrate_fits("PEv2.N.joint-pos-cmd", use->name) && use->index < POKEYS_AXES)
+		if (use->how == MIGRATE_LINKED && migrate_fits("PEv2.N.joint-pos-cmd", use->name) &&
+		    use->index < POKEYS_AXES)
 			run->driven[use->index] = true;
 		if (use->how != MIGRATE_SET)
 			continue;
@@ -85,7 +85,7 @@ static void make_report(struct pokeys_report *report, uint8_t byte)
 	for (size_t i = 0; i < POKEYS_AXES; i++) {
 		device->axis[i].set = UINT32_MAX;
 		device->axis[i].options_mask = UINT8_MAX;
-		device->axis[i].options |= 1;	/* it is in use, or the rest would not count */
+		device->axis[i].options |= 1; /* it is in use, or the rest would not count */
 		device->axis[i].switches_mask = UINT8_MAX;
 	}
 	report->state = POKEYS_CONFIG_APPLIED;

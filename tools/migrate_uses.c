@@ -32,15 +32,14 @@ static const char *behind_number(const char *text)
 /* N, B or M alone between dots, blanks and dashes stands for a number. */
 static bool is_index(const char *patterns, const char *at)
 {
-	return strchr("NBM", *at) && at > patterns && strchr(".-", at[-1]) &&
-	       strchr(". -*", at[1]);
+	return strchr("NBM", *at) && at > patterns && strchr(".-", at[-1]) && strchr(". -*", at[1]);
 }
 
 static bool fits_one(const char *patterns, const char *pattern, const char *name)
 {
 	for (; *pattern && *pattern != ' '; pattern++) {
 		if (*pattern == '*') {
-			for (const char *rest = name; ; rest++) {
+			for (const char *rest = name;; rest++) {
 				if (fits_one(patterns, pattern + 1, rest))
 					return true;
 				if (!*rest)
@@ -105,8 +104,8 @@ static bool find_name(struct migrate_use *use, unsigned int schemes, const char 
 /* The older names first: some of the new scheme and of earlier versions are the same. */
 static void look_up(struct migrate_use *use)
 {
-	static const unsigned int schemes[] = { TABLE_LEGACY, TABLE_BOTH | TABLE_PONET,
-						TABLE_LOOPS, TABLE_FORMER };
+	static const unsigned int schemes[] = { TABLE_LEGACY, TABLE_BOTH | TABLE_PONET, TABLE_LOOPS,
+						TABLE_FORMER };
 	char name[TABLE_NAME_MAX + 1];
 
 	for (char number = '0'; number <= '1'; number++) {
@@ -137,7 +136,11 @@ static int take_word(struct migrate *machine, const struct migrate_line *line, s
 	machine->use = use;
 	use += machine->uses++;
 	*use = (struct migrate_use){
-		.line = line, .how = how, .word = number, .name = end + 1, .other = other,
+		.line = line,
+		.how = how,
+		.word = number,
+		.name = end + 1,
+		.other = other,
 		.device = (unsigned int)device,
 		.is_computed = strchr(word, '$') != NULL,
 	};
@@ -158,8 +161,7 @@ static int take_line(struct migrate *machine, const struct migrate_line *line)
 	if (!strcmp(word[0], "setp") || !strcmp(word[1], "="))
 		return take_word(machine, line, strcmp(word[0], "setp") ? 0 : 1, MIGRATE_SET,
 				 word[2]);
-	if (!strcmp(word[0], "linkps") || !strcmp(word[0], "linksp") ||
-	    !strcmp(word[0], "linkpp"))
+	if (!strcmp(word[0], "linkps") || !strcmp(word[0], "linksp") || !strcmp(word[0], "linkpp"))
 		for (size_t i = 1; !result && i < 3; i++)
 			result = take_word(machine, line, i, MIGRATE_LINKED, word[3 - i]);
 	return result;

@@ -16,7 +16,7 @@
 struct output {
 	char *path, *text;
 	size_t length;
-	bool is_there, is_ours;		/* with the same text; made by this run */
+	bool is_there, is_ours; /* with the same text; made by this run */
 };
 
 struct outputs {
@@ -51,10 +51,10 @@ static bool is_changed(const struct outputs *outputs, size_t file, unsigned int 
 	for (size_t i = 0; i < outputs->changes->count; i++) {
 		const struct migrate_change *change = &outputs->changes->change[i];
 
-		if (!change->by_hand && (change->file == file ||
-					 (change->file != SIZE_MAX && file != SIZE_MAX &&
-					  !strcmp(path_of(outputs, change->file),
-						  path_of(outputs, file)))))
+		if (!change->by_hand &&
+		    (change->file == file ||
+		     (change->file != SIZE_MAX && file != SIZE_MAX &&
+		      !strcmp(path_of(outputs, change->file), path_of(outputs, file)))))
 			return true;
 	}
 	for (size_t i = 0; depth < 8 && i < machine->loads; i++)
@@ -87,7 +87,7 @@ static int put_line(const struct outputs *outputs, size_t file, unsigned int num
 		return -ENOMEM;
 	if (at)
 		fprintf(to, "%.*s%s%s", (int)(at - text), text, name, at + strlen(load->path));
-	else	/* the name came from the INI file */
+	else /* the name came from the INI file */
 		fprintf(to, "# %s%ssource %s\n", text, strchr(text, '\n') ? "" : "\n", name);
 	free(name);
 	return 0;
@@ -194,7 +194,8 @@ static bool is_free(struct output *output)
 	if (!output->is_there)
 		complain("%s: %s", output->path,
 			 file ? "the file exists with other contents, so nothing was written; "
-			 "move or delete it" : strerror(errno));
+				"move or delete it" :
+				strerror(errno));
 	if (file)
 		fclose(file);
 	free(text);

@@ -23,7 +23,7 @@
 enum { SETTLE_MS = 300, STOP_MS = 5000 };
 
 static struct program program;
-static double worst[POKEYS_SERVOS];	/* following errors, units */
+static double worst[POKEYS_SERVOS]; /* following errors, units */
 
 static bool for_all(struct loop_run *run, bool (*does)(struct loop_run *run))
 {
@@ -100,15 +100,18 @@ static bool turn(struct loop_run *run)
 static enum pokeys_outcome control(struct loop_run *run, enum pokeys_moves_control which)
 {
 	return loop_give(run, (struct pokeys_one_shot){
-		.operation = POKEYS_ONE_SHOT_MOVES_CONTROL, .index = (uint8_t)which,
-	});
+				      .operation = POKEYS_ONE_SHOT_MOVES_CONTROL,
+				      .index = (uint8_t)which,
+			      });
 }
 
 /* One more move into the queue, as soon as there is room. False after an error message. */
 static bool queue(struct loop_run *run, const struct move *move)
 {
 	struct pokeys_one_shot shot = {
-		.operation = POKEYS_ONE_SHOT_MOVE, .mask = move->motors, .index = move->axes,
+		.operation = POKEYS_ONE_SHOT_MOVE,
+		.mask = move->motors,
+		.index = move->axes,
 		.parameter = { (float)move->speed },
 	};
 	enum pokeys_outcome outcome;
@@ -149,7 +152,7 @@ static bool settle(struct loop_run *run)
 			return false;
 		if (commander_ms() > end_ms)
 			return loop_fails(run, "an axis has not come to the end of the path; "
-					  "\"pokeysctl events\" may say why");
+					       "\"pokeysctl events\" may say why");
 	}
 	end_ms = commander_ms() + SETTLE_MS;
 	while (commander_ms() < end_ms)

@@ -23,8 +23,8 @@ struct member {
 	bool is_axis;
 	unsigned int index;
 	const char *name;
-	double per_unit;		/* counts or pulses */
-	double least, most;		/* soft limits, units */
+	double per_unit;    /* counts or pulses */
+	double least, most; /* soft limits, units */
 };
 
 /* The moves of a line, by number. */
@@ -68,8 +68,11 @@ static bool find_motor(const struct pokeys_state *state, const char *word, struc
 		if (!is_called(servo->name, sizeof(servo->name), word) && !is_number(i, word))
 			continue;
 		*member = (struct member){
-			.index = i, .name = servo->name, .per_unit = servo->counts_per_unit,
-			.least = -INFINITY, .most = INFINITY,
+			.index = i,
+			.name = servo->name,
+			.per_unit = servo->counts_per_unit,
+			.least = -INFINITY,
+			.most = INFINITY,
 		};
 		if (servo->homed) {
 			member->least = (double)servo->minimum;
@@ -92,14 +95,16 @@ static bool find_axis(const struct pokeys_state *state, const char *word, struct
 		const struct pokeys_axis *axis = &state->engine.axis[i];
 		double one, other;
 
-		if (axis->pulses_per_unit == 0 ||
-		    !is_called(axis->name, sizeof(axis->name), word))
+		if (axis->pulses_per_unit == 0 || !is_called(axis->name, sizeof(axis->name), word))
 			continue;
 		one = limit_of(axis->soft_minimum, axis->pulses_per_unit);
 		other = limit_of(axis->soft_maximum, axis->pulses_per_unit);
 		*member = (struct member){
-			.is_axis = true, .index = i, .name = axis->name,
-			.per_unit = axis->pulses_per_unit, .least = fmin(one, other),
+			.is_axis = true,
+			.index = i,
+			.name = axis->name,
+			.per_unit = axis->pulses_per_unit,
+			.least = fmin(one, other),
 			.most = fmax(one, other),
 		};
 		return true;
@@ -133,11 +138,14 @@ static bool find(const struct program *program, const struct loop_run *run, cons
 			add_name(names, state->engine.axis[i].name,
 				 sizeof(state->engine.axis[i].name));
 	if (!*names)
-		return moves_wrong(program, "%s has no servo motor, and no axis with "
-				   "pulses-per-unit; see pokeysd.conf(5)", run->device);
-	return moves_wrong(program, "\"%s\" is not a motor or an axis of %s (%s); a line has their "
-			   "names and positions, or speed and a number", argument_written(word),
-			   run->device, names + 2);
+		return moves_wrong(program,
+				   "%s has no servo motor, and no axis with "
+				   "pulses-per-unit; see pokeysd.conf(5)",
+				   run->device);
+	return moves_wrong(program,
+			   "\"%s\" is not a motor or an axis of %s (%s); a line has their "
+			   "names and positions, or speed and a number",
+			   argument_written(word), run->device, names + 2);
 }
 
 static bool take_number(const struct program *program, const char *word, const char *after_what,
@@ -186,7 +194,7 @@ static double furthest(const struct loop_run *run, const struct member *member)
 	if (!member->is_axis)
 		return INT32_MAX - 1;
 	return run->state.engine.axis[member->index].mode == POKEYS_AXIS_POSITION ? 1 << 24 :
-										   2100000000;
+										    2100000000;
 }
 
 static bool take_place(const struct program *program, const struct loop_run *run,
@@ -287,7 +295,7 @@ static bool take_line(struct program *program, const struct loop_run *run, char 
 				   MOVES_VALUES);
 	if (program->speed <= 0)
 		return moves_wrong(program, "no speed is given; write \"speed 20\" before, or give "
-				   "--speed 20");
+					    "--speed 20");
 	if (!grow(program))
 		return false;
 	keep(program, &places);

@@ -7,24 +7,24 @@
 #include <stdint.h>
 #include "tools/loop_run.h"
 
-enum { MOVES_VALUES = 8 };		/* motors and axes of one move */
+enum { MOVES_VALUES = 8 }; /* motors and axes of one move */
 
 struct move {
 	/* of its motors, then of its axes, in their order: counts or pulses, and 256ths of one */
 	int32_t counts[MOVES_VALUES];
 	uint8_t fraction[MOVES_VALUES];
-	double speed;			/* units/s */
+	double speed; /* units/s */
 	unsigned int line;
-	uint8_t motors, axes;		/* one bit each */
+	uint8_t motors, axes; /* one bit each */
 };
 
 struct program {
-	const char *name;		/* of the file, as messages have it */
-	struct move *move;		/* the caller frees it */
+	const char *name;  /* of the file, as messages have it */
+	struct move *move; /* the caller frees it */
 	size_t count, room;
 	unsigned int line;
-	double speed;			/* of the moves that follow; 0: not given */
-	uint8_t motors, axes;		/* of all moves */
+	double speed;         /* of the moves that follow; 0: not given */
+	uint8_t motors, axes; /* of all moves */
 };
 
 /* One line about the program's present line. Returns false. */

@@ -92,9 +92,14 @@ static void put_place(struct json *json, const struct model_row *row)
 {
 	static const char *const images[MODEL_IMAGES] = { "state", "diag", "judgement", "command" };
 	static const char *const storages[MODEL_TYPES] = {
-		[MODEL_BIT] = "bit", [MODEL_FLAG] = "flag", [MODEL_UNSIGNED] = "unsigned",
-		[MODEL_SIGNED] = "signed", [MODEL_FLOAT] = "float", [MODEL_TEXT] = "text",
-		[MODEL_ADDRESS] = "ipv4", [MODEL_AGE] = "timestamp",
+		[MODEL_BIT] = "bit",
+		[MODEL_FLAG] = "flag",
+		[MODEL_UNSIGNED] = "unsigned",
+		[MODEL_SIGNED] = "signed",
+		[MODEL_FLOAT] = "float",
+		[MODEL_TEXT] = "text",
+		[MODEL_ADDRESS] = "ipv4",
+		[MODEL_AGE] = "timestamp",
 		[MODEL_QUANTILE] = "histogram",
 	};
 
@@ -124,7 +129,9 @@ static void put_place(struct json *json, const struct model_row *row)
 static void put_row(struct json *json, const struct model_row *row)
 {
 	static const char *const terminals[] = {
-		[MODEL_PIN] = "pin", [MODEL_ANALOG] = "analog", [MODEL_PWM] = "pwm",
+		[MODEL_PIN] = "pin",
+		[MODEL_ANALOG] = "analog",
+		[MODEL_PWM] = "pwm",
 		[MODEL_OUTPUT] = "output",
 	};
 
@@ -217,8 +224,7 @@ static void put_all(const struct choice *choice)
 	json_unsigned(&json, "one_shots_offset", offsetof(struct pokeys_state, one_shot));
 	json_unsigned(&json, "command_time_offset", offsetof(struct pokeys_state, command_t_ns));
 	json_end(&json);
-	put_image(&json, "diag", POKEYS_DIAG_VERSION, POKEYS_DIAG_HASH,
-		  sizeof(struct pokeys_diag));
+	put_image(&json, "diag", POKEYS_DIAG_VERSION, POKEYS_DIAG_HASH, sizeof(struct pokeys_diag));
 	json_end(&json);
 	put_image(&json, "command", POKEYS_COMMAND_VERSION, POKEYS_COMMAND_HASH,
 		  sizeof(struct pokeys_command));

@@ -29,7 +29,8 @@ struct question {
 static bool ask(int fd, int interface)
 {
 	struct question question = {
-		.head = { .nlmsg_len = sizeof(question), .nlmsg_type = RTM_GETNEIGH,
+		.head = { .nlmsg_len = sizeof(question),
+			  .nlmsg_type = RTM_GETNEIGH,
 			  .nlmsg_flags = NLM_F_REQUEST | NLM_F_DUMP },
 		.body = { .ndm_family = AF_INET, .ndm_ifindex = interface },
 	};
@@ -111,8 +112,7 @@ static bool take_answer(void *answer, ssize_t length, int interface, uint32_t ad
 	return true;
 }
 
-static enum neighbour take_answers(int fd, int interface, uint32_t address,
-				   char mac[NEIGHBOUR_MAC])
+static enum neighbour take_answers(int fd, int interface, uint32_t address, char mac[NEIGHBOUR_MAC])
 {
 	static char answer[ANSWER_SIZE] __attribute__((aligned(8)));
 	enum neighbour found = NEIGHBOUR_NONE;
@@ -139,10 +139,10 @@ static bool next_entry(const char **at, uint32_t address, struct entry *entry)
 	snprintf(wanted, sizeof(wanted), "%u.%u.%u.%u", address >> 24, address >> 16 & 255,
 		 address >> 8 & 255, address & 255);
 	while (*at && (*at = strchr(*at, '\n'))) {
-		++*at;		/* the first line is the heading */
+		++*at; /* the first line is the heading */
 		if (sscanf(*at, "%15s %*s %x %17s %*s %15s", text, &entry->flags, entry->mac,
-			   entry->nic) == 4 && !strcmp(text, wanted) &&
-		    entry->flags & (ARP_COMPLETE | ARP_PERMANENT))
+			   entry->nic) == 4 &&
+		    !strcmp(text, wanted) && entry->flags & (ARP_COMPLETE | ARP_PERMANENT))
 			return true;
 	}
 	return false;

@@ -9,11 +9,11 @@
 enum { NEIGHBOUR_MAC = 18 };
 
 enum neighbour {
-	NEIGHBOUR_UNSEEN,		/* could not be asked */
-	NEIGHBOUR_NONE,			/* no entry, or it is being asked for just now */
-	NEIGHBOUR_FAILED,		/* nobody answers for this address */
-	NEIGHBOUR_STALE,		/* known, and to be confirmed before long */
-	NEIGHBOUR_REACHABLE,		/* known, for some seconds */
+	NEIGHBOUR_UNSEEN,    /* could not be asked */
+	NEIGHBOUR_NONE,      /* no entry, or it is being asked for just now */
+	NEIGHBOUR_FAILED,    /* nobody answers for this address */
+	NEIGHBOUR_STALE,     /* known, and to be confirmed before long */
+	NEIGHBOUR_REACHABLE, /* known, for some seconds */
 	NEIGHBOUR_PERMANENT,
 };
 

@@ -5,14 +5,14 @@
 
 /* Index of nic.value[]; a value of NIC_UNKNOWN: the driver does not say. */
 enum nic_setting {
-	NIC_RX_USECS,			/* how long a received packet may wait for others */
+	NIC_RX_USECS, /* how long a received packet may wait for others */
 	NIC_RX_FRAMES,
 	NIC_ADAPTIVE_RX,
 	NIC_GRO,
 	NIC_LRO,
-	NIC_EEE,			/* the link goes to sleep between packets */
-	NIC_CHANNELS,			/* in use, that receive */
-	NIC_RX_CHANNELS,		/* of them those that only receive */
+	NIC_EEE,         /* the link goes to sleep between packets */
+	NIC_CHANNELS,    /* in use, that receive */
+	NIC_RX_CHANNELS, /* of them those that only receive */
 	NIC_SETTINGS,
 };
 
@@ -20,7 +20,7 @@ enum nic_setting {
 
 struct nic {
 	char name[16];
-	char driver[32];		/* empty: not known */
+	char driver[32]; /* empty: not known */
 	long value[NIC_SETTINGS];
 };
 

@@ -34,7 +34,8 @@ static int attach(const char *runtime_directory, char text[ORDER_TEXT_MAX])
 	if (fd >= 0)
 		close(fd);
 	if (error == ENOENT || error == ECONNREFUSED)
-		snprintf(text, ORDER_TEXT_MAX, "no daemon takes orders in %s; start it (systemctl "
+		snprintf(text, ORDER_TEXT_MAX,
+			 "no daemon takes orders in %s; start it (systemctl "
 			 "start pokeysd), or name another folder with --runtime-directory",
 			 runtime_directory);
 	else if (error == EACCES)
@@ -53,8 +54,10 @@ static int take_answer(int fd, char text[ORDER_TEXT_MAX])
 	if (poll(&poll_fd, 1, ANSWER_MS) > 0)
 		length = recv(fd, answer, sizeof(answer) - 1, 0);
 	if (length <= 0) {
-		snprintf(text, ORDER_TEXT_MAX, "the daemon did not answer%s; its journal may say "
-			 "more (journalctl -u pokeysd)", length ? " in time" : ", it ended");
+		snprintf(text, ORDER_TEXT_MAX,
+			 "the daemon did not answer%s; its journal may say "
+			 "more (journalctl -u pokeysd)",
+			 length ? " in time" : ", it ended");
 		return -ETIMEDOUT;
 	}
 	answer[length] = '\0';
@@ -62,8 +65,7 @@ static int take_answer(int fd, char text[ORDER_TEXT_MAX])
 		memcpy(text, answer + 3, (size_t)length - 2);
 		return 0;
 	}
-	snprintf(text, ORDER_TEXT_MAX, "%s",
-		 strncmp(answer, "refused ", 8) ? answer : answer + 8);
+	snprintf(text, ORDER_TEXT_MAX, "%s", strncmp(answer, "refused ", 8) ? answer : answer + 8);
 	return -EPERM;
 }
 
@@ -106,7 +108,9 @@ static int named_in_lock(const char *runtime_directory)
 		process = atoi(text);
 	close(fd);
 	return process > 0 && probe_text("", text, sizeof(text), "/proc/%d/comm", process) &&
-	       !strcmp(text, "pokeysd") ? process : 0;
+			       !strcmp(text, "pokeysd") ?
+		       process :
+		       0;
 }
 
 int order_daemon(const char *runtime_directory)

@@ -29,8 +29,8 @@ static bool begin(struct hold *hold, const struct pokeys_state *state,
 	(void)report;
 	if (missing)
 		complain("%s: %s: no digital output of this device; add it to digital-outputs in "
-			 "pokeysd.conf, then run: pokeysctl config apply %s", hold->device,
-			 terminal_list(missing, text), hold->device);
+			 "pokeysd.conf, then run: pokeysctl config apply %s",
+			 hold->device, terminal_list(missing, text), hold->device);
 	hold->before = load(state->digital_out) & hold->terminals;
 	return !missing;
 }

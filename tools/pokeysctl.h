@@ -10,8 +10,8 @@
 /* Exit statuses, as pokeysctl(1) lists them. */
 enum {
 	STATUS_OK = 0,
-	STATUS_FAILED = 1,		/* no daemon, no answer, cannot be read, a problem */
-	STATUS_STALE = 2,		/* read, but a device is not running or its data is old */
+	STATUS_FAILED = 1, /* no daemon, no answer, cannot be read, a problem */
+	STATUS_STALE = 2,  /* read, but a device is not running or its data is old */
 	STATUS_USAGE = 64,
 };
 
@@ -20,28 +20,28 @@ enum { ADDRESSES_MAX = 8 };
 /* The command line, after it was judged. */
 struct options {
 	const char *runtime_directory;
-	bool runtime_named;		/* by --runtime-directory */
+	bool runtime_named; /* by --runtime-directory */
 	bool json;
 	uint32_t timeout_ms;
-	uint32_t count;			/* 0 = for ever */
+	uint32_t count; /* 0 = for ever */
 	double interval_s;
 	const char *interface;
 	uint32_t address[ADDRESSES_MAX];
 	size_t addresses;
-	int cpu;			/* -1 = not said */
-	const char *config, *root, *svg, *csv;	/* NULL = not said */
+	int cpu;                               /* -1 = not said */
+	const char *config, *root, *svg, *csv; /* NULL = not said */
 	double seconds;
-	double duration_s;		/* 0 = not said */
-	double speed;			/* pulses/s, or units/s; 0 = not said */
+	double duration_s; /* 0 = not said */
+	double speed;      /* pulses/s, or units/s; 0 = not said */
 	double threshold_us;
 	uint32_t slowest;
 	int priority;
 	bool no_realtime;
 	bool follow;
-	bool draft;			/* a pokeysd.conf is to be printed */
-	bool write;			/* changed files are to be written */
-	bool fix, undo, yes;		/* of doctor: write its files, remove them, do not ask */
-	char *const *names;		/* devices */
+	bool draft;          /* a pokeysd.conf is to be printed */
+	bool write;          /* changed files are to be written */
+	bool fix, undo, yes; /* of doctor: write its files, remove them, do not ask */
+	char *const *names;  /* devices */
 	size_t name_count;
 };
 

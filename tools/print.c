@@ -99,7 +99,8 @@ static void print_control(const struct pokeys_state *state, FILE *to)
 		state->flags & POKEYS_STATE_NEEDS_EDGE ? " (switch machine-on off and on)" : "",
 		state->flags & POKEYS_STATE_SAFE ? ", outputs in the safe state" : "",
 		state->flags & POKEYS_STATE_OUTPUTS_HELD ?
-			", outputs held since a loss until machine-on rises" : "",
+			", outputs held since a loss until machine-on rises" :
+			"",
 		state->flags & POKEYS_STATE_BAD_COMMAND ? ", COMMANDS REFUSED" : "");
 }
 
@@ -144,10 +145,12 @@ static void print_packets(const struct view_device *device, FILE *to)
 {
 	const struct pokeys_link_statistics *s = &device->state.statistics;
 
-	fprintf(to, "  packets     %llu sent, %llu late, %llu lost, %llu repeated, %llu given up, "
-		"%llu unexpected, %llu damaged or foreign\n", (unsigned long long)s->sent,
-		(unsigned long long)s->late, (unsigned long long)s->lost,
-		(unsigned long long)s->resent, (unsigned long long)s->timed_out,
+	fprintf(to,
+		"  packets     %llu sent, %llu late, %llu lost, %llu repeated, %llu given up, "
+		"%llu unexpected, %llu damaged or foreign\n",
+		(unsigned long long)s->sent, (unsigned long long)s->late,
+		(unsigned long long)s->lost, (unsigned long long)s->resent,
+		(unsigned long long)s->timed_out,
 		(unsigned long long)(s->stray + s->duplicate + s->stale),
 		(unsigned long long)(s->corrupt + s->wrong_source));
 }
@@ -191,9 +194,10 @@ void print_status(const struct view_device *device, FILE *to)
 			fputs("  values      NOT CURRENT, the last ones received\n", to);
 		print_control(state, to);
 		if (state->config_foreign)
-			fprintf(to, "  settings    changed %u time%s by another program; see the "
-				"log\n", state->config_foreign,
-				state->config_foreign == 1 ? "" : "s");
+			fprintf(to,
+				"  settings    changed %u time%s by another program; see the "
+				"log\n",
+				state->config_foreign, state->config_foreign == 1 ? "" : "s");
 		fprintf(to, "  phase       %s\n", print_phase(&state->phase, phase));
 		print_io(state, to);
 		print_engine(device, to);

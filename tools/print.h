@@ -78,7 +78,7 @@ void print_json_servos(struct json *json, const struct pokeys_state *state);
 struct print_histogram {
 	const char *key, *title;
 	size_t offset;
-	bool in_top;			/* top has 24 lines */
+	bool in_top; /* top has 24 lines */
 };
 extern const struct print_histogram print_histograms[];
 extern const size_t print_histogram_count;

@@ -18,8 +18,8 @@ static bool is_silent(const struct pokeys_state *state, unsigned int axis)
 {
 	const uint64_t heard_ns = state->postep[axis].t_update_ns;
 
-	return !heard_ns || (state->t_postep_ns > heard_ns &&
-			     state->t_postep_ns - heard_ns > SILENT_NS);
+	return !heard_ns ||
+	       (state->t_postep_ns > heard_ns && state->t_postep_ns - heard_ns > SILENT_NS);
 }
 
 bool print_has_postep(const struct view_device *device, unsigned int axis)
@@ -85,10 +85,11 @@ static void print_drivers(const struct view_device *device, FILE *to)
 /* What the device says of it. */
 static const char *threading_step(const struct pokeys_threading *threading)
 {
-	return threading->active ? "active" :
-	       threading->waiting ? "waiting for the spindle's index" :
-	       threading->prepared ? "prepared" :
-	       threading->preparing ? "preparing" : "beginning";
+	return threading->active    ? "active" :
+	       threading->waiting   ? "waiting for the spindle's index" :
+	       threading->prepared  ? "prepared" :
+	       threading->preparing ? "preparing" :
+				      "beginning";
 }
 
 static size_t put_axes(uint8_t axes, char *text, size_t size)
@@ -109,8 +110,8 @@ static void put_thread(const struct pokeys_state *state, char text[200])
 
 	at = (size_t)snprintf(text, 200, "%s",
 			      phase == POKEYS_TASK_FINISHING ? "being released" :
-			      phase == POKEYS_TASK_STOPPING ? "being stopped" :
-							      threading_step(threading));
+			      phase == POKEYS_TASK_STOPPING  ? "being stopped" :
+							       threading_step(threading));
 	at += put_axes(state->engine.task_axes, text + at, 200 - at);
 	snprintf(text + at, 200 - at, ", spindle %u/min, index %u, %u slots behind",
 		 threading->spindle_rpm, threading->index_count, threading->behind);

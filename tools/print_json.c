@@ -20,39 +20,60 @@ struct row {
 #define STATISTIC(field) { #field, offsetof(struct pokeys_link_statistics, field), \
 			   sizeof(((struct pokeys_link_statistics *)0)->field) }
 static const struct row statistics[] = {
-	STATISTIC(sent), STATISTIC(resent), STATISTIC(received), STATISTIC(accepted),
-	STATISTIC(missed), STATISTIC(late), STATISTIC(lost),
-	STATISTIC(timed_out), STATISTIC(stray), STATISTIC(duplicate),
-	STATISTIC(stale), STATISTIC(corrupt), STATISTIC(wrong_source), STATISTIC(send_failed),
-	STATISTIC(cycles_late), STATISTIC(reconnects), STATISTIC(rtt_last_ns),
-	STATISTIC(rtt_smoothed_ns), STATISTIC(rtt_min_ns), STATISTIC(rtt_max_ns),
-	STATISTIC(deadline_ns), STATISTIC(in_flight), STATISTIC(packet_error_level),
-	STATISTIC(refused_command), STATISTIC(one_shot_refused),
+	STATISTIC(sent),
+	STATISTIC(resent),
+	STATISTIC(received),
+	STATISTIC(accepted),
+	STATISTIC(missed),
+	STATISTIC(late),
+	STATISTIC(lost),
+	STATISTIC(timed_out),
+	STATISTIC(stray),
+	STATISTIC(duplicate),
+	STATISTIC(stale),
+	STATISTIC(corrupt),
+	STATISTIC(wrong_source),
+	STATISTIC(send_failed),
+	STATISTIC(cycles_late),
+	STATISTIC(reconnects),
+	STATISTIC(rtt_last_ns),
+	STATISTIC(rtt_smoothed_ns),
+	STATISTIC(rtt_min_ns),
+	STATISTIC(rtt_max_ns),
+	STATISTIC(deadline_ns),
+	STATISTIC(in_flight),
+	STATISTIC(packet_error_level),
+	STATISTIC(refused_command),
+	STATISTIC(one_shot_refused),
 };
 
 #define DIAG(field) { #field, offsetof(struct pokeys_diag, field), \
 		      sizeof(((struct pokeys_diag *)0)->field) }
 static const struct row counters[] = {
-	DIAG(cycles_skipped), DIAG(events_dropped), DIAG(event_high_water),
-	DIAG(transport_system_calls), DIAG(transport_waits_avoided), DIAG(transport_rearmed),
-	DIAG(transport_no_buffers), DIAG(transport_overflow), DIAG(transport_truncated),
-	DIAG(minor_faults), DIAG(major_faults), DIAG(guard_passed), DIAG(guard_dropped),
+	DIAG(cycles_skipped),
+	DIAG(events_dropped),
+	DIAG(event_high_water),
+	DIAG(transport_system_calls),
+	DIAG(transport_waits_avoided),
+	DIAG(transport_rearmed),
+	DIAG(transport_no_buffers),
+	DIAG(transport_overflow),
+	DIAG(transport_truncated),
+	DIAG(minor_faults),
+	DIAG(major_faults),
+	DIAG(guard_passed),
+	DIAG(guard_dropped),
 };
 
 static const struct {
 	const char *key;
 	uint32_t bit;
 } flags[] = {
-	{ "commander", POKEYS_STATE_COMMANDER },
-	{ "safe", POKEYS_STATE_SAFE },
-	{ "machine_on", POKEYS_STATE_MACHINE_ON },
-	{ "needs_edge", POKEYS_STATE_NEEDS_EDGE },
-	{ "outputs_held", POKEYS_STATE_OUTPUTS_HELD },
-	{ "realtime", POKEYS_STATE_REALTIME },
-	{ "fallback", POKEYS_STATE_FALLBACK },
-	{ "bad_command", POKEYS_STATE_BAD_COMMAND },
-	{ "stopping", POKEYS_STATE_STOPPING },
-	{ "guard", POKEYS_STATE_GUARD },
+	{ "commander", POKEYS_STATE_COMMANDER },       { "safe", POKEYS_STATE_SAFE },
+	{ "machine_on", POKEYS_STATE_MACHINE_ON },     { "needs_edge", POKEYS_STATE_NEEDS_EDGE },
+	{ "outputs_held", POKEYS_STATE_OUTPUTS_HELD }, { "realtime", POKEYS_STATE_REALTIME },
+	{ "fallback", POKEYS_STATE_FALLBACK },         { "bad_command", POKEYS_STATE_BAD_COMMAND },
+	{ "stopping", POKEYS_STATE_STOPPING },         { "guard", POKEYS_STATE_GUARD },
 };
 
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))
@@ -171,12 +192,12 @@ static void put_histograms(struct json *json, const struct pokeys_diag *diag)
 		json_unsigned(json, "count", h->count);
 		json_real(json, "min", h->count ? (double)h->min_ns / 1e3 : NAN);
 		json_real(json, "mean", h->count ? (double)h->sum_ns / 1e3 / count : NAN);
-		json_real(json, "p50", h->count ?
-			  (double)pokeys_histogram_percentile(h, 0.5) / 1e3 : NAN);
-		json_real(json, "p99", h->count ?
-			  (double)pokeys_histogram_percentile(h, 0.99) / 1e3 : NAN);
-		json_real(json, "p999", h->count ?
-			  (double)pokeys_histogram_percentile(h, 0.999) / 1e3 : NAN);
+		json_real(json, "p50",
+			  h->count ? (double)pokeys_histogram_percentile(h, 0.5) / 1e3 : NAN);
+		json_real(json, "p99",
+			  h->count ? (double)pokeys_histogram_percentile(h, 0.99) / 1e3 : NAN);
+		json_real(json, "p999",
+			  h->count ? (double)pokeys_histogram_percentile(h, 0.999) / 1e3 : NAN);
 		json_real(json, "max", h->count ? (double)h->max_ns / 1e3 : NAN);
 		json_end(json);
 	}

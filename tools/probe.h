@@ -14,16 +14,15 @@
 enum { PROBE_TEXT = 4096 };
 
 /* A file whole (at most size - 1 bytes), without the newline at its end. */
-__attribute__((format(printf, 4, 5)))
-bool probe_text(const char *root, char *text, size_t size, const char *format, ...);
+bool probe_text(const char *root, char *text, size_t size, const char *format, ...)
+	__attribute__((format(printf, 4, 5)));
 
 /* A file or folder, whatever may be in it. */
-__attribute__((format(printf, 2, 3)))
-bool probe_exists(const char *root, const char *format, ...);
+bool probe_exists(const char *root, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 /* A file that begins with a number. */
-__attribute__((format(printf, 3, 4)))
-bool probe_number(const char *root, long *value, const char *format, ...);
+bool probe_number(const char *root, long *value, const char *format, ...)
+	__attribute__((format(printf, 3, 4)));
 
 /* Is core `cpu` in a list as "0-2,5"? */
 bool probe_list_has(const char *list, int cpu);
@@ -51,8 +50,8 @@ int probe_process(const char *root, const char *name);
 
 /* The realtime thread of a process that has the highest priority. */
 struct probe_thread {
-	int priority;			/* 0: it has none */
-	char cores[64];			/* that it may run on, as "0-2" */
+	int priority;   /* 0: it has none */
+	char cores[64]; /* that it may run on, as "0-2" */
 };
 
 /* False if the process cannot be looked at. */

@@ -146,8 +146,8 @@ unsigned int probe_holders(const char *root, const char *path, char *text, size_
 			continue;
 		probe_text(root, name, sizeof(name), "/proc/%d/comm", process);
 		if (at < size)
-			at += (size_t)snprintf(text + at, size - at, "%s%s (%d)",
-					       count ? ", " : "", name, process);
+			at += (size_t)snprintf(text + at, size - at, "%s%s (%d)", count ? ", " : "",
+					       name, process);
 		count++;
 	}
 	closedir(folder);

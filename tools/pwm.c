@@ -44,12 +44,11 @@ static bool is_free(const struct hold *hold, const struct wire_model *model,
 {
 	const unsigned int channel = settings->sync_pwm_channel;
 
-	if (!settings->sync_pwm_enable || channel >= POKEYS_PWM ||
-	    !(hold->channels >> channel & 1))
+	if (!settings->sync_pwm_enable || channel >= POKEYS_PWM || !(hold->channels >> channel & 1))
 		return true;
 	complain("%s: terminal %u: this PWM output follows axis %u; switch synced-pwm off in "
-		 "pokeysd.conf first", hold->device, model->pinmap->pwm_pin[channel],
-		 settings->sync_pwm_axis);
+		 "pokeysd.conf first",
+		 hold->device, model->pinmap->pwm_pin[channel], settings->sync_pwm_axis);
 	return false;
 }
 

@@ -74,8 +74,11 @@ static int write_file(const struct recorder_file *ring, int device, const char *
 {
 	static struct stations stations;
 	const struct export_options export = {
-		.device = device, .application = "pokeysctl " POKEYSD_VERSION,
-		.comment = "by command", .wall_ns = export_wall(), .stations = &stations,
+		.device = device,
+		.application = "pokeysctl " POKEYSD_VERSION,
+		.comment = "by command",
+		.wall_ns = export_wall(),
+		.stations = &stations,
 	};
 	FILE *to;
 	int rc;
@@ -116,8 +119,8 @@ int command_record(const struct options *options)
 	if (options->name_count == 2)
 		device = find_device(&ring, options->names[0]);
 	if (options->name_count == 1 && find_device(&ring, path) >= 0)
-		complain("%s is a device: name a file behind it (a file of that name: ./%s)",
-			 path, path);
+		complain("%s is a device: name a file behind it (a file of that name: ./%s)", path,
+			 path);
 	else if (device == -ENODEV)
 		no_device(&ring, options->names[0]);
 	else

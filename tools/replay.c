@@ -120,7 +120,7 @@ static void print_event(const struct replay_line *line)
 static void print_line(const struct replay *replay, const struct replay_line *line)
 {
 	print_time(line->t_ns);
-	if (line->kind != REPLAY_EVENT) {	/* those name theirs */
+	if (line->kind != REPLAY_EVENT) { /* those name theirs */
 		print_text(line->device);
 		putchar(' ');
 	}

@@ -21,8 +21,9 @@ int ring_open(const struct options *options, struct recorder_file *ring)
 			 "another folder: --runtime-directory), its folder is on a disk, or it has "
 			 "recorder-seconds = 0",
 			 options->runtime_directory);
-	else if (rc == -EACCES && runtime_denied(access(path, F_OK) ? options->runtime_directory :
-						 path, why, sizeof(why)))
+	else if (rc == -EACCES &&
+		 runtime_denied(access(path, F_OK) ? options->runtime_directory : path, why,
+				sizeof(why)))
 		complain("%s", why);
 	else if (rc)
 		complain("%s", why);

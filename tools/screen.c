@@ -121,7 +121,7 @@ bool screen_wait(struct screen *screen, double seconds, int signal_fd)
 		struct pollfd fds[] = {
 			{ .fd = signal_fd, .events = POLLIN },
 			{ .fd = ours ? STDIN_FILENO : -1, .events = POLLIN },
-			{ .fd = STDOUT_FILENO },	/* a pipe that nobody reads any more */
+			{ .fd = STDOUT_FILENO }, /* a pipe that nobody reads any more */
 		};
 
 		if (poll(fds, 3, (int)(left * 1000) + 1) <= 0)

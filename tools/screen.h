@@ -14,9 +14,9 @@ struct screen {
 	bool terminal;
 	unsigned int rows, columns, row;
 	bool first;
-	bool left;		/* nobody reads the output any more */
-	bool keys;		/* the keyboard is ours: keys come at once, and are not shown */
-	struct termios before;	/* its settings, to be given back */
+	bool left;             /* nobody reads the output any more */
+	bool keys;             /* the keyboard is ours: keys come at once, and are not shown */
+	struct termios before; /* its settings, to be given back */
 };
 
 void screen_open(struct screen *screen);

@@ -41,9 +41,9 @@ struct order {
 
 /* What was seen on the way. */
 struct report {
-	double worst;			/* following error while it moved, units */
-	double rest;			/* ... at its end */
-	double strongest;		/* output, 0 to 1 */
+	double worst;     /* following error while it moved, units */
+	double rest;      /* ... at its end */
+	double strongest; /* output, 0 to 1 */
 };
 
 static void note(struct report *report, const struct pokeys_servo *servo)
@@ -141,8 +141,8 @@ static bool is_within_limits(struct loop_run *run, double to)
 
 	if (!servo->homed || (to >= (double)servo->minimum && to <= (double)servo->maximum))
 		return true;
-	return loop_fails(run, "%g is beyond its soft limits, %g to %g", to,
-			  (double)servo->minimum, (double)servo->maximum);
+	return loop_fails(run, "%g is beyond its soft limits, %g to %g", to, (double)servo->minimum,
+			  (double)servo->maximum);
 }
 
 static bool move(struct loop_run *run, const struct order *order)
@@ -164,16 +164,18 @@ static bool move(struct loop_run *run, const struct order *order)
 	if (!well)
 		return false;
 	printf("%s: servo %s: at %.4f; following error at most %.4f, %.4f at rest; output at most "
-	       "%.0f %%\n", run->device, run->name, print_rounded(servo_run_of(run)->position, 4),
-	       report.worst, report.rest, report.strongest * 100);
+	       "%.0f %%\n",
+	       run->device, run->name, print_rounded(servo_run_of(run)->position, 4), report.worst,
+	       report.rest, report.strongest * 100);
 	return true;
 }
 
 static enum pokeys_outcome ask_home(struct loop_run *run, uint8_t flags)
 {
 	return loop_order(run, (struct pokeys_one_shot){
-		.operation = POKEYS_ONE_SHOT_SERVO_HOME, .flags = flags,
-	});
+				       .operation = POKEYS_ONE_SHOT_SERVO_HOME,
+				       .flags = flags,
+			       });
 }
 
 /* Command the position that the daemon commands, so that the daemon can end its hold. */
@@ -212,7 +214,7 @@ static bool home(struct loop_run *run)
 		return false;
 	if (ask_home(run, 0) != POKEYS_OUTCOME_DONE)
 		well = loop_fails(run, "not homed: pokeysd.conf has no home-search-speed for "
-				  "this motor, or the motor is off");
+				       "this motor, or the motor is off");
 	else
 		well = seek(run);
 	well = servo_run_finish(run) && well;
@@ -229,8 +231,9 @@ static bool home(struct loop_run *run)
 static enum pokeys_outcome ask_tune(struct loop_run *run, double distance)
 {
 	return loop_order(run, (struct pokeys_one_shot){
-		.operation = POKEYS_ONE_SHOT_SERVO_TUNE, .parameter = { (float)distance },
-	});
+				       .operation = POKEYS_ONE_SHOT_SERVO_TUNE,
+				       .parameter = { (float)distance },
+			       });
 }
 
 /* Until gains are found, or not; a signal ends it. False after an error message. */
@@ -259,9 +262,9 @@ static void print_gains(const struct loop_run *run)
 
 	printf("%s: servo %s: gains found; with its full output, the motor reaches %.3g units/s^2\n"
 	       "\n[servo %s]\npid-p = %.3g\npid-i = %.3g\npid-d = %.3g\nvelocity-gain = %.3g\n"
-	       "acceleration-gain = %.3g\n", run->device, run->name,
-	       (double)servo->tuned_acceleration, run->name, (double)servo->tuned_p,
-	       (double)servo->tuned_i, (double)servo->tuned_d,
+	       "acceleration-gain = %.3g\n",
+	       run->device, run->name, (double)servo->tuned_acceleration, run->name,
+	       (double)servo->tuned_p, (double)servo->tuned_i, (double)servo->tuned_d,
 	       (double)servo->tuned_velocity_gain, (double)servo->tuned_acceleration_gain);
 }
 
@@ -274,16 +277,20 @@ static bool tune(struct loop_run *run, double distance)
 	if (ask_tune(run, distance) == POKEYS_OUTCOME_DONE)
 		well = search(run);
 	else
-		well = loop_fails(run, "refused: %g is less than 96 counts of the encoder, a "
+		well = loop_fails(run,
+				  "refused: %g is less than 96 counts of the encoder, a "
 				  "soft limit is nearer than %g, a limit switch is pressed, "
-				  "or the motor moves", distance, distance * NEAREST_PART);
+				  "or the motor moves",
+				  distance, distance * NEAREST_PART);
 	well = servo_run_finish(run) && well;
 	if (!well)
 		return false;
 	if (servo_run_of(run)->tuning != POKEYS_SERVO_TUNING_DONE)
-		return servo_run_of(run)->fault ? loop_explain(run) :
-		       loop_fails(run, "no gains found: %s",
-				  pokeys_servo_tune_reason_name(servo_run_of(run)->tune_reason));
+		return servo_run_of(run)->fault ?
+			       loop_explain(run) :
+			       loop_fails(run, "no gains found: %s",
+					  pokeys_servo_tune_reason_name(servo_run_of(run)
+										->tune_reason));
 	print_gains(run);
 	return true;
 }
@@ -326,14 +333,16 @@ static bool take_move(const struct options *options, struct order *order)
 
 	if (!take_units(names[3], &order->units)) {
 		complain("\"%s\": positions are numbers from -1000000 to 1000000, in units of "
-			 "counts-per-unit", argument_written(names[3]));
+			 "counts-per-unit",
+			 argument_written(names[3]));
 		return false;
 	}
 	if (order->verb == TUNE) {
 		if (order->units > 0 && order->speed <= 0)
 			return true;
-		complain(order->units > 0 ? "--speed is for move, move-to and swing" :
-			 "tune needs the distance that the motor may move, above 0");
+		complain(order->units > 0 ?
+				 "--speed is for move, move-to and swing" :
+				 "tune needs the distance that the motor may move, above 0");
 		return false;
 	}
 	if (order->speed <= 0) {
@@ -346,18 +355,20 @@ static bool take_move(const struct options *options, struct order *order)
 static bool take(const struct options *options, struct order *order)
 {
 	static const struct loop_verb verbs[VERBS] = {
-		[MOVE] = { "move", 4 }, [MOVE_TO] = { "move-to", 4 }, [SWING] = { "swing", 4 },
-		[HOME] = { "home", 3 }, [TUNE] = { "tune", 4 }, [GAIN] = { "gain", 5 },
+		[MOVE] = { "move", 4 },   [MOVE_TO] = { "move-to", 4 }, [SWING] = { "swing", 4 },
+		[HOME] = { "home", 3 },   [TUNE] = { "tune", 4 },       [GAIN] = { "gain", 5 },
 		[RESET] = { "reset", 3 },
 	};
 	char *const *names = options->names;
-	const size_t verb = loop_take_verb(options, verbs, VERBS,
+	const size_t verb = loop_take_verb(
+		options, verbs, VERBS,
 		"servo needs a device, a motor, and what to do: pokeysctl servo mill x move 10 "
 		"--speed 5 (or move-to 0, swing 10, home, tune 20, gain pid-p 0.3, reset)");
 
 	if (verb == VERBS)
 		return false;
-	*order = (struct order){ .verb = (enum verb)verb, .speed = options->speed,
+	*order = (struct order){ .verb = (enum verb)verb,
+				 .speed = options->speed,
 				 .seconds = options->duration_s };
 	if (verb != SWING && options->duration_s > 0) {
 		complain("--for is for swing");

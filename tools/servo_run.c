@@ -76,17 +76,22 @@ static void csv_line(FILE *to, const struct pokeys_state *state, unsigned int in
 	const struct pokeys_servo *servo = &state->servo[index];
 
 	fprintf(to, "%.6f,%.6f,%.6f,%.4f,%.4f,%.5f\n", servo->commanded, servo->position,
-		(double)servo->error, (double)servo->commanded_velocity,
-		(double)servo->velocity, (double)servo->output);
+		(double)servo->error, (double)servo->commanded_velocity, (double)servo->velocity,
+		(double)servo->output);
 }
 
 const struct loop_kind servo_run_kind = {
-	.word = "servo", .most = POKEYS_SERVOS, .turn_ms = 1, .gains = POKEYS_GAINS,
+	.word = "servo",
+	.most = POKEYS_SERVOS,
+	.turn_ms = 1,
+	.gains = POKEYS_GAINS,
 	.gain_most = 1e6,
 	.lapsed = "this program was suspended, or pokeysd was away; the motor was switched off",
 	.silent = "the device or pokeysd does not answer any more; the daemon or the device's "
 		  "failsafe switches the motor off",
-	.is_there = print_has_servo, .name = name, .trouble = trouble,
+	.is_there = print_has_servo,
+	.name = name,
+	.trouble = trouble,
 	.csv_head = "commanded,position,error,commanded_velocity,velocity,output",
 	.csv_line = csv_line,
 };

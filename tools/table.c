@@ -10,14 +10,13 @@
 const struct command table_commands[] = {
 	{ "discover", "", "search the network for devices",
 	  TAKES_TIMEOUT | TAKES_ADDRESS | TAKES_INTERFACE | TAKES_DRAFT, command_discover },
-	{ "devices", "", "list the devices of the running daemon", TAKES_RUNTIME,
-	  command_devices },
+	{ "devices", "", "list the devices of the running daemon", TAKES_RUNTIME, command_devices },
 	{ "status", "[DEVICE ...]", "show the state of the devices once",
 	  TAKES_RUNTIME | TAKES_NAMES, command_status },
 	{ "get", "DEVICE [NAME ...]", "print values by name; a name may contain * and ?",
 	  TAKES_RUNTIME | TAKES_NAMES, command_get },
-	{ "names", "[NAME ...]", "list the names of all values and their meanings",
-	  TAKES_NAMES, command_names },
+	{ "names", "[NAME ...]", "list the names of all values and their meanings", TAKES_NAMES,
+	  command_names },
 	{ "config", "show | diff | apply | save DEVICE",
 	  "show a device's settings, compare them with the requested ones, apply or "
 	  "save these",
@@ -33,15 +32,14 @@ const struct command table_commands[] = {
 	  command_latency },
 	{ "trace", "", "show what took the time in the slowest cycles (root)",
 	  TAKES_RUNTIME | TAKES_SECONDS | TAKES_TRACE, command_trace },
-	{ "output", "DEVICE TERMINALS on | off",
-	  "hold outputs for a while, without LinuxCNC",
+	{ "output", "DEVICE TERMINALS on | off", "hold outputs for a while, without LinuxCNC",
 	  TAKES_RUNTIME | TAKES_NAMES | TAKES_DURATION, command_output },
 	{ "pwm", "DEVICE TERMINALS PERCENT",
 	  "hold PWM outputs at a duty for a while, without LinuxCNC",
 	  TAKES_RUNTIME | TAKES_NAMES | TAKES_DURATION, command_pwm },
 	{ "axis", "DEVICE AXIS move PULSES | move-to PULSES | home | stop | clear",
-	  "move or home one axis, without LinuxCNC",
-	  TAKES_RUNTIME | TAKES_NAMES | TAKES_SPEED, command_axis },
+	  "move or home one axis, without LinuxCNC", TAKES_RUNTIME | TAKES_NAMES | TAKES_SPEED,
+	  command_axis },
 	{ "heater", "DEVICE HEATER heat CELSIUS | tune CELSIUS | gain GAIN VALUE | reset",
 	  "heat to a temperature, find or change gains, or clear a fault, without LinuxCNC",
 	  TAKES_RUNTIME | TAKES_NAMES | TAKES_DURATION | TAKES_CSV, command_heater },
@@ -49,16 +47,15 @@ const struct command table_commands[] = {
 	  "DEVICE MOTOR move UNITS | move-to UNITS | swing UNITS | home | tune UNITS | "
 	  "gain GAIN VALUE | reset",
 	  "move or home a servo motor, find or change gains, or clear its fault, without LinuxCNC",
-	  TAKES_RUNTIME | TAKES_NAMES | TAKES_DURATION | TAKES_SPEED | TAKES_CSV,
-	  command_servo },
+	  TAKES_RUNTIME | TAKES_NAMES | TAKES_DURATION | TAKES_SPEED | TAKES_CSV, command_servo },
 	{ "moves", "DEVICE FILE",
 	  "move servo motors and axes together along a path, without LinuxCNC",
 	  TAKES_RUNTIME | TAKES_NAMES | TAKES_SPEED, command_moves },
 	{ "record", "[DEVICE] FILE",
 	  "write the packets and events of the last seconds to a file for Wireshark",
 	  TAKES_RUNTIME | TAKES_NAMES, command_record },
-	{ "replay", "FILE", "print such a file, one line for each packet and event",
-	  TAKES_NAMES, command_replay },
+	{ "replay", "FILE", "print such a file, one line for each packet and event", TAKES_NAMES,
+	  command_replay },
 	{ "events", "[DEVICE ...]", "print what has happened to the devices",
 	  TAKES_RUNTIME | TAKES_NAMES | TAKES_FOLLOW, command_events },
 	{ "terminals", "MODEL",
@@ -124,8 +121,9 @@ void table_long_options(unsigned int takes, struct option options[TABLE_OPTIONS_
 	memset(options, 0, TABLE_OPTIONS_MAX * sizeof(*options));
 	for (const struct option_row *row = table_options; row->name; row++)
 		if (!is_hidden(row, takes))
-			*options++ = (struct option){ row->name, row->value ? required_argument :
-						      no_argument, NULL, row->letter };
+			*options++ = (struct option){ row->name,
+						      row->value ? required_argument : no_argument,
+						      NULL, row->letter };
 }
 
 unsigned int table_takes(int letter)

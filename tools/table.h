@@ -9,12 +9,26 @@
 
 /* What a command takes besides what all of them take. */
 enum {
-	TAKES_RUNTIME = 1, TAKES_TIMEOUT = 2, TAKES_ADDRESS = 4, TAKES_INTERFACE = 8,
-	TAKES_COUNT = 16, TAKES_INTERVAL = 32, TAKES_NAMES = 64, TAKES_CPU = 128,
-	TAKES_CONFIG = 256, TAKES_ROOT = 512, TAKES_MEASURE = 1024, TAKES_SECONDS = 2048,
-	TAKES_TRACE = 4096, TAKES_DURATION = 8192, TAKES_SPEED = 16384,
-	TAKES_FOLLOW = 32768, TAKES_CSV = 65536, TAKES_DRAFT = 131072,
-	TAKES_WRITE = 262144, TAKES_FIX = 524288,
+	TAKES_RUNTIME = 1,
+	TAKES_TIMEOUT = 2,
+	TAKES_ADDRESS = 4,
+	TAKES_INTERFACE = 8,
+	TAKES_COUNT = 16,
+	TAKES_INTERVAL = 32,
+	TAKES_NAMES = 64,
+	TAKES_CPU = 128,
+	TAKES_CONFIG = 256,
+	TAKES_ROOT = 512,
+	TAKES_MEASURE = 1024,
+	TAKES_SECONDS = 2048,
+	TAKES_TRACE = 4096,
+	TAKES_DURATION = 8192,
+	TAKES_SPEED = 16384,
+	TAKES_FOLLOW = 32768,
+	TAKES_CSV = 65536,
+	TAKES_DRAFT = 131072,
+	TAKES_WRITE = 262144,
+	TAKES_FIX = 524288,
 };
 
 struct command {
@@ -25,9 +39,9 @@ struct command {
 
 struct option_row {
 	const char *name;
-	char letter;		/* as usage_option() returns it */
-	const char *value;	/* what stands for it in the help, NULL = it takes none */
-	unsigned int takes;	/* a command that takes it has this bit, 0 = all do */
+	char letter;        /* as usage_option() returns it */
+	const char *value;  /* what stands for it in the help, NULL = it takes none */
+	unsigned int takes; /* a command that takes it has this bit, 0 = all do */
 	const char *help;
 };
 

@@ -25,7 +25,8 @@ struct words {
 	size_t length;
 };
 
-__attribute__((format(printf, 2, 3)))
+static void add(struct words *words, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
 static void add(struct words *words, const char *format, ...)
 {
 	va_list arguments;
@@ -45,9 +46,9 @@ static void add(struct words *words, const char *format, ...)
 }
 
 struct terminal {
-	struct words hal;		/* its pins */
-	struct words can;		/* what it can be by its function */
-	struct words also;		/* what else uses it, and by which key */
+	struct words hal;  /* its pins */
+	struct words can;  /* what it can be by its function */
+	struct words also; /* what else uses it, and by which key */
 };
 
 static bool is_in(uint64_t terminals, unsigned int terminal)
@@ -99,8 +100,8 @@ static void add_signals(struct terminal *to, const struct wire_pinmap *map, unsi
 		if (memcmp(&map->fast_old[i], &map->fast[i], sizeof(map->fast[i])) != 0)
 			add_encoder(to, &map->fast_old[i], i, "fast-encoders = alternative",
 				    "fast-encoder-index", n);
-	add_encoder(to, &map->ultra, WIRE_ENCODER_ULTRA, "ultra-fast-encoder",
-		    "ultra-fast-encoder", n);
+	add_encoder(to, &map->ultra, WIRE_ENCODER_ULTRA, "ultra-fast-encoder", "ultra-fast-encoder",
+		    n);
 	for (unsigned int i = 0; i < WIRE_MODEL_INTERNAL_AXES; i++) {
 		if (map->step[i] == n)
 			add(&to->also, "step of axis %u (generator = internal)", i);

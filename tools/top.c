@@ -23,7 +23,7 @@ struct before {
 };
 
 struct rates {
-	double cycles, received, missed;	/* a second; NAN at first */
+	double cycles, received, missed; /* a second; NAN at first */
 };
 
 static struct rates rates_of(struct before *before, const struct view_device *device)
@@ -69,8 +69,7 @@ static void draw_head(struct screen *screen, const struct view_device *device,
 	screen_line(screen, "%s: %s%s%s", device->name, pokeys_link_name(state->link),
 		    *device->why ? ": " : "", device->why);
 	draw_identity(screen, id);
-	screen_line(screen, "age %-9s %s%s%s%s%s",
-		    print_duration(view_data_age_ns(device), age),
+	screen_line(screen, "age %-9s %s%s%s%s%s", print_duration(view_data_age_ns(device), age),
 		    state->flags & POKEYS_STATE_COMMANDER ? " commanded" : " no commander",
 		    state->flags & POKEYS_STATE_MACHINE_ON ? "  machine on" : "",
 		    state->flags & POKEYS_STATE_SAFE ? "  SAFE STATE" : "",
@@ -166,8 +165,7 @@ static void draw_latencies(struct screen *screen, const struct pokeys_diag *diag
 
 	screen_line(screen, "%-14s %9s %9s %9s %9s %9s",
 		    print_clean(diag->transport, sizeof(diag->transport), transport), "median",
-		    "p90", "p99",
-		    "p99.9", "most");
+		    "p90", "p99", "p99.9", "most");
 	for (size_t i = 0; i < print_histogram_count; i++) {
 		const struct pokeys_histogram *h = print_histogram_of(diag, i);
 		char text[5][16];
@@ -182,8 +180,7 @@ static void draw_latencies(struct screen *screen, const struct pokeys_diag *diag
 	}
 }
 
-static void draw_one(struct screen *screen, const struct view_device *device,
-		     struct before *before)
+static void draw_one(struct screen *screen, const struct view_device *device, struct before *before)
 {
 	struct rates rates;
 
@@ -204,8 +201,7 @@ static void draw_one(struct screen *screen, const struct view_device *device,
 		draw_latencies(screen, &device->diag);
 }
 
-static void draw_row(struct screen *screen, const struct view_device *device,
-		     struct before *before)
+static void draw_row(struct screen *screen, const struct view_device *device, struct before *before)
 {
 	char age[16], half[16], most[16];
 	const struct pokeys_histogram *h = &device->diag.round_trip;
@@ -221,9 +217,11 @@ static void draw_row(struct screen *screen, const struct view_device *device,
 		    pokeys_link_name(device->state.link),
 		    print_duration(view_data_age_ns(device), age),
 		    print_duration(answered ? (double)pokeys_histogram_percentile(h, 0.5) :
-				   INFINITY, half),
+					      INFINITY,
+				   half),
 		    print_duration(answered ? (double)pokeys_histogram_percentile(h, 0.99) :
-				   INFINITY, most),
+					      INFINITY,
+				   most),
 		    isnan(rates.missed) ? 0 : rates.missed, device->why);
 }
 

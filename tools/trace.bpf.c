@@ -39,8 +39,8 @@ struct {
 const volatile __u64 space_device = 0, space_inode = 0;
 const volatile __u32 thread_in_space = 0;
 
-int thread = 0;				/* as the kernel numbers it; 0 = not learnt yet */
-__u32 core = ~0u;			/* that the thread was on last */
+int thread = 0;   /* as the kernel numbers it; 0 = not learnt yet */
+__u32 core = ~0u; /* that the thread was on last */
 __u64 dropped = 0;
 
 static __always_inline struct trace_event *begin(__u32 kind)

@@ -107,7 +107,7 @@ static int trace(const struct options *options, const struct recorder_file *ring
 	collect.begin_ns = view_now() + FIRST_MS * UINT64_C(1000000);
 	end_ns = watch(ring, &collect, collect.begin_ns + (uint64_t)(options->seconds * 1e9),
 		       &report);
-	if (end_ns > collect.begin_ns)		/* ^C may come before it has begun */
+	if (end_ns > collect.begin_ns) /* ^C may come before it has begun */
 		report.seconds = (double)(end_ns - collect.begin_ns) / 1e9;
 	trace_kernel_end();
 	collect_report(&collect, &report);

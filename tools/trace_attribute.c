@@ -20,16 +20,16 @@ enum { HELD_MAX = 8 };
 
 struct walk {
 	struct trace_cycle *cycle;
-	bool known;			/* a switch of the thread was seen */
+	bool known; /* a switch of the thread was seen */
 	bool runs, runnable;
-	bool other;			/* somebody has the core, and it is not the idle task */
-	bool got;			/* the kernel has a reply since the thread went to sleep */
-	bool slept;			/* in this cycle, after asking */
-	bool gap;			/* the recorder says that it ran, the kernel does not */
-	unsigned int awaited;		/* requests of this cycle without a reply in the kernel */
-	uint64_t asked[TRACE_REQUESTS / 64];	/* a bit for each of them */
-	unsigned int irqs, softirqs;	/* that hold the core, one in the other */
-	char who[16];			/* has the core */
+	bool other;           /* somebody has the core, and it is not the idle task */
+	bool got;             /* the kernel has a reply since the thread went to sleep */
+	bool slept;           /* in this cycle, after asking */
+	bool gap;             /* the recorder says that it ran, the kernel does not */
+	unsigned int awaited; /* requests of this cycle without a reply in the kernel */
+	uint64_t asked[TRACE_REQUESTS / 64]; /* a bit for each of them */
+	unsigned int irqs, softirqs;         /* that hold the core, one in the other */
+	char who[16];                        /* has the core */
 	char irq[16], softirq[16];
 };
 
@@ -37,8 +37,8 @@ struct walk {
 static void name_softirq(char name[16], uint32_t number)
 {
 	static const char *const names[] = {
-		"HI", "TIMER", "NET_TX", "NET_RX", "BLOCK", "IRQ_POLL", "TASKLET", "SCHED",
-		"HRTIMER", "RCU",
+		"HI",       "TIMER",   "NET_TX", "NET_RX",  "BLOCK",
+		"IRQ_POLL", "TASKLET", "SCHED",  "HRTIMER", "RCU",
 	};
 	const char *text = number < sizeof(names) / sizeof(*names) ? names[number] : "unknown";
 
@@ -54,7 +54,7 @@ static void add_part(struct trace_cycle *cycle, enum trace_where where, const ch
 	while (i < cycle->parts &&
 	       (cycle->part[i].where != where || strncmp(cycle->part[i].who, who, 16)))
 		i++;
-	if (i == TRACE_PARTS) {		/* no room: together with the last of its kind */
+	if (i == TRACE_PARTS) { /* no room: together with the last of its kind */
 		while (i && cycle->part[i - 1].where != where)
 			i--;
 		if (!i--)
@@ -74,7 +74,7 @@ static enum trace_where while_running(const struct walk *w, uint64_t t_ns)
 	const struct trace_cycle *cycle = w->cycle;
 
 	if (t_ns < cycle->woke_ns)
-		return TRACE_RUN;	/* still at the cycle before */
+		return TRACE_RUN; /* still at the cycle before */
 	if (t_ns < cycle->asked_ns)
 		return TRACE_PLAN;
 	if (cycle->spins)
@@ -259,16 +259,11 @@ void trace_attribute(struct trace_cycle *cycle, const struct trace_mark *mark, s
 const char *trace_where_name(enum trace_where where)
 {
 	static const char *const names[TRACE_WHERES] = {
-		[TRACE_TIMER] = "timer",
-		[TRACE_INTERRUPT] = "interrupt",
-		[TRACE_SOFTIRQ] = "softirq",
-		[TRACE_WAKE_UP] = "wake-up",
-		[TRACE_BEHIND] = "behind",
-		[TRACE_PLAN] = "plan",
-		[TRACE_SEND] = "send",
-		[TRACE_DEVICE] = "device",
-		[TRACE_RECEIVE] = "receive",
-		[TRACE_RUN] = "run",
+		[TRACE_TIMER] = "timer",     [TRACE_INTERRUPT] = "interrupt",
+		[TRACE_SOFTIRQ] = "softirq", [TRACE_WAKE_UP] = "wake-up",
+		[TRACE_BEHIND] = "behind",   [TRACE_PLAN] = "plan",
+		[TRACE_SEND] = "send",       [TRACE_DEVICE] = "device",
+		[TRACE_RECEIVE] = "receive", [TRACE_RUN] = "run",
 	};
 
 	return (unsigned int)where < TRACE_WHERES ? names[where] : "unknown";

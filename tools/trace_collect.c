@@ -65,9 +65,13 @@ static void add_cycle(struct collect *collect, const struct recorder_slot *slot)
 	}
 	collect->waitings++;
 	*cycle = (struct trace_cycle){
-		.cycle = recorded.cycle, .tick_ns = recorded.tick_ns, .woke_ns = recorded.woke_ns,
-		.asked_ns = recorded.asked_ns, .published_ns = recorded.published_ns,
-		.skipped = recorded.skipped, .spins = collect->spins,
+		.cycle = recorded.cycle,
+		.tick_ns = recorded.tick_ns,
+		.woke_ns = recorded.woke_ns,
+		.asked_ns = recorded.asked_ns,
+		.published_ns = recorded.published_ns,
+		.skipped = recorded.skipped,
+		.spins = collect->spins,
 	};
 }
 

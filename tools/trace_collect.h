@@ -11,18 +11,18 @@ enum { COLLECT_SLOWEST = 100, COLLECT_MARKS = 1 << 18, COLLECT_CYCLES = 1 << 14 
 struct collect {
 	/* set before */
 	bool spins;
-	size_t wanted;			/* slowest to keep, at most COLLECT_SLOWEST */
-	uint64_t threshold_ns;		/* shorter ones are not kept */
-	uint64_t begin_ns;		/* cycles that began before are not judged */
+	size_t wanted;         /* slowest to keep, at most COLLECT_SLOWEST */
+	uint64_t threshold_ns; /* shorter ones are not kept */
+	uint64_t begin_ns;     /* cycles that began before are not judged */
 	/* the rest is its own */
-	struct trace_mark *mark;	/* of the latest while */
+	struct trace_mark *mark; /* of the latest while */
 	size_t marks;
-	struct trace_cycle *waiting;	/* until all marks of their time are there */
+	struct trace_cycle *waiting; /* until all marks of their time are there */
 	size_t waitings;
 	uint64_t order, lost;
-	struct trace_cycle slowest[COLLECT_SLOWEST];	/* slowest first */
+	struct trace_cycle slowest[COLLECT_SLOWEST]; /* slowest first */
 	size_t count;
-	uint64_t *length;		/* of each cycle, for the median */
+	uint64_t *length; /* of each cycle, for the median */
 	size_t lengths, room;
 };
 

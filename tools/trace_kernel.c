@@ -31,9 +31,11 @@ static int refused(const char *what, int error, char *why, size_t size)
 			 what, strerror(error));
 		return TRACE_NO_RIGHT;
 	}
-	snprintf(why, size, "%s: %s; this kernel cannot be traced (BPF with CONFIG_DEBUG_INFO_BTF, "
+	snprintf(why, size,
+		 "%s: %s; this kernel cannot be traced (BPF with CONFIG_DEBUG_INFO_BTF, "
 		 "5.18 or newer, is needed); pokeysctl latency shows how late cycles are, but "
-		 "not why", what, strerror(error));
+		 "not why",
+		 what, strerror(error));
 	return TRACE_UNAVAILABLE;
 }
 
@@ -50,12 +52,14 @@ static void choose(void)
 {
 	struct bpf_program *each;
 
-	bpf_object__for_each_program(each, program->obj) {
+	bpf_object__for_each_program(each, program->obj)
+	{
 		const char *name = strchr(bpf_program__section_name(each), '/');
 
 		if (name)
-			bpf_program__set_autoload(each, libbpf_find_vmlinux_btf_id(name + 1,
-						  BPF_TRACE_RAW_TP) > 0);
+			bpf_program__set_autoload(each,
+						  libbpf_find_vmlinux_btf_id(name + 1,
+									     BPF_TRACE_RAW_TP) > 0);
 	}
 }
 
@@ -107,7 +111,7 @@ int trace_kernel_begin(int thread, trace_take take, void *context, char *why, si
 
 uint64_t trace_kernel_poll(int timeout_ms)
 {
-	poll(NULL, 0, timeout_ms);	/* or ^C */
+	poll(NULL, 0, timeout_ms); /* or ^C */
 	ring_buffer__consume(ring);
 	return program->bss->dropped;
 }

@@ -10,7 +10,8 @@ int trace_kernel_begin(int thread, trace_take take, void *context, char *why, si
 	(void)thread;
 	(void)take;
 	(void)context;
-	snprintf(why, size, "this pokeysctl was built without the tracer (clang, bpftool and "
+	snprintf(why, size,
+		 "this pokeysctl was built without the tracer (clang, bpftool and "
 		 "libbpf-dev were missing); pokeysctl latency shows how late cycles are, but "
 		 "not why");
 	return TRACE_UNAVAILABLE;

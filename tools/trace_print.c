@@ -31,7 +31,7 @@ static double us(uint64_t ns)
 static void print_parts(const struct trace_cycle *cycle, enum trace_where where, FILE *to)
 {
 	const char *before = "";
-	char who[32];			/* a thread may call itself whatever it likes */
+	char who[32]; /* a thread may call itself whatever it likes */
 
 	for (size_t i = 0; i < cycle->parts; i++) {
 		if (cycle->part[i].where != where)
@@ -46,7 +46,8 @@ static void print_parts(const struct trace_cycle *cycle, enum trace_where where,
 
 static void print_cycle(const struct trace_cycle *cycle, FILE *to)
 {
-	fprintf(to, "\ncycle %" PRIu64 ": %.1f us from the start of the cycle to the data, "
+	fprintf(to,
+		"\ncycle %" PRIu64 ": %.1f us from the start of the cycle to the data, "
 		"awake after %.1f us",
 		cycle->cycle, us(trace_length(cycle)), us(cycle->woke_ns - cycle->tick_ns));
 	if (cycle->skipped)
@@ -64,9 +65,10 @@ static void print_cycle(const struct trace_cycle *cycle, FILE *to)
 
 void trace_print(const struct trace_report *report, FILE *to)
 {
-	fprintf(to, "%" PRIu64 " cycles of %.0f us in %.1f s; from the start of the cycle to the "
-		"data: median %.1f us, p99 %.1f us, longest %.1f us\n", report->cycles,
-		us(report->period_ns), report->seconds, us(report->median_ns),
+	fprintf(to,
+		"%" PRIu64 " cycles of %.0f us in %.1f s; from the start of the cycle to the "
+		"data: median %.1f us, p99 %.1f us, longest %.1f us\n",
+		report->cycles, us(report->period_ns), report->seconds, us(report->median_ns),
 		us(report->p99_ns), us(report->max_ns));
 	if (report->dropped)
 		fprintf(to, "%" PRIu64 " events of the kernel came too fast and are missing\n",

@@ -83,8 +83,7 @@ void view_judge(struct view_device *device)
 	device->why[0] = '\0';
 	if (is_ahead(state->t_publish_ns, device->now_ns) ||
 	    is_ahead(state->t_digital_ns, device->now_ns) ||
-	    (state->capability.pulse_engine >= 2 &&
-	     is_ahead(state->t_motion_ns, device->now_ns))) {
+	    (state->capability.pulse_engine >= 2 && is_ahead(state->t_motion_ns, device->now_ns))) {
 		device->freshness = VIEW_STALE;
 		snprintf(device->why, sizeof(device->why),
 			 "stale (its time stamps are ahead of this machine's clock)");
@@ -166,12 +165,13 @@ static int no_daemon(const struct view *view, int result)
 		complain("%s", why);
 	else
 		complain("no daemon runs in %s; start it (systemctl start pokeysd), or name "
-			 "another folder with --runtime-directory", view->runtime_directory);
+			 "another folder with --runtime-directory",
+			 view->runtime_directory);
 	return STATUS_FAILED;
 }
 
-static int no_device(const struct view *view, const char *name,
-		     char names[][POKEYS_SHM_NAME_MAX], int known)
+static int no_device(const struct view *view, const char *name, char names[][POKEYS_SHM_NAME_MAX],
+		     int known)
 {
 	char text[VIEW_DEVICES * (POKEYS_SHM_NAME_MAX + 2)] = "";
 	size_t at = 0;
@@ -235,8 +235,8 @@ int view_open(struct view *view, const char *runtime_directory, char *const name
 	return 0;
 }
 
-int view_attach(struct view *view, const char *runtime_directory,
-		char names[][POKEYS_SHM_NAME_MAX], size_t count)
+int view_attach(struct view *view, const char *runtime_directory, char names[][POKEYS_SHM_NAME_MAX],
+		size_t count)
 {
 	begin(view, runtime_directory);
 	for (size_t i = 0; i < count && i < VIEW_DEVICES; i++) {

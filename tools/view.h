@@ -12,20 +12,20 @@ enum { VIEW_DEVICES = 64 };
 
 /* How the newest image is to be taken. */
 enum view_freshness {
-	VIEW_NONE,			/* nothing could be read; see `why` */
-	VIEW_DEAD,			/* the daemon does not publish any more */
-	VIEW_STALE,			/* it does, but the device's data is old */
+	VIEW_NONE,  /* nothing could be read; see `why` */
+	VIEW_DEAD,  /* the daemon does not publish any more */
+	VIEW_STALE, /* it does, but the device's data is old */
 	VIEW_FRESH,
 };
 
 struct view_device {
 	char name[POKEYS_SHM_NAME_MAX];
 	pokeys_client *client;
-	uint64_t now_ns;		/* when it was read */
+	uint64_t now_ns; /* when it was read */
 	enum view_freshness freshness;
 	bool has_diag;
-	uint8_t postep_axes;		/* bit = axis whose PoStep driver is set up */
-	char why[200];			/* one line, empty when fresh */
+	uint8_t postep_axes; /* bit = axis whose PoStep driver is set up */
+	char why[200];       /* one line, empty when fresh */
 	struct pokeys_state state;
 	struct pokeys_diag diag;
 };
@@ -51,8 +51,8 @@ int view_open(struct view *view, const char *runtime_directory, char *const name
  * Attach to these, of which pokeys_shm_devices() knew a moment ago; their daemon may be
  * gone meanwhile. Says nothing. 0, or -ENOMEM, and then there are none.
  */
-int view_attach(struct view *view, const char *runtime_directory,
-		char names[][POKEYS_SHM_NAME_MAX], size_t count);
+int view_attach(struct view *view, const char *runtime_directory, char names[][POKEYS_SHM_NAME_MAX],
+		size_t count);
 
 /* Read them all. */
 void view_read(struct view *view);

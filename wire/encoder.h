@@ -26,7 +26,7 @@ struct wire_encoder_set_req {
 	uint8_t pin_a, pin_b;
 };
 struct wire_encoder_set_rep {
-	uint8_t status;		/* 0 OK, 1 error */
+	uint8_t status; /* 0 OK, 1 error */
 };
 struct wire_encoder_get_req {
 	uint8_t encoder;
@@ -54,13 +54,13 @@ struct wire_encoder_raw_rep {
 #define WIRE_ULTRA_CLOCK_DIR 0x02	/* A is direction, B is clock */
 #define WIRE_ULTRA_4X 0x04
 struct wire_ultra_encoder_req {
-	uint8_t mode;		/* WIRE_ULTRA_OFF, _ON, _READ */
+	uint8_t mode; /* WIRE_ULTRA_OFF, _ON, _READ */
 	uint8_t options;
-	uint8_t reset_on_index;	/* 1: zero at the next index, firmware >= 4.2.19 */
-	uint32_t filter;	/* delay; unit not documented */
+	uint8_t reset_on_index; /* 1: zero at the next index, firmware >= 4.2.19 */
+	uint32_t filter;        /* delay; unit not documented */
 };
 struct wire_ultra_encoder_rep {
-	uint8_t status;		/* 1 on */
+	uint8_t status; /* 1 on */
 	uint8_t options;
 	uint32_t filter;
 	uint8_t status_copy;
@@ -71,7 +71,7 @@ struct wire_ultra_encoder_rep {
 struct wire_ultra_test_rep {
 	uint32_t position;
 	uint32_t index_count;
-	uint32_t ticks;		/* in the last rotation */
+	uint32_t ticks; /* in the last rotation */
 	uint32_t speed;
 };
 
@@ -109,7 +109,7 @@ struct wire_encoder_keys_rep {
 #define WIRE_ENCODERS_WRITE_HIGH 11
 struct wire_encoders_req {
 	uint8_t option;
-	int32_t value[WIRE_ENCODER_BANK];	/* used when writing, all at once */
+	int32_t value[WIRE_ENCODER_BANK]; /* used when writing, all at once */
 };
 struct wire_encoders_rep {
 	int32_t value[WIRE_ENCODER_BANK];
@@ -123,11 +123,11 @@ struct wire_encoders_rep {
 #define WIRE_FAST_NO_4X 0x10
 #define WIRE_FAST_INVERT(n) (0x20 << (n))	/* n = 0..2 */
 struct wire_fast_encoders_req {
-	uint8_t option;		/* WIRE_FAST_ configuration and flags */
-	uint8_t index;		/* bit 0: index inputs zero the counter */
+	uint8_t option; /* WIRE_FAST_ configuration and flags */
+	uint8_t index;  /* bit 0: index inputs zero the counter */
 };
 struct wire_fast_encoders_rep {
-	uint8_t status;		/* configuration and flags as set */
+	uint8_t status; /* configuration and flags as set */
 	uint8_t index;
 };
 

@@ -34,10 +34,10 @@
 struct wire_pin_set_req {
 	uint8_t pin;
 	uint8_t function;
-	uint8_t options;	/* counter options */
+	uint8_t options; /* counter options */
 };
 struct wire_pin_set_rep {
-	uint8_t status;		/* 0 OK, 1 out of range or locked */
+	uint8_t status; /* 0 OK, 1 out of range or locked */
 };
 
 /* 0x15 */
@@ -46,7 +46,7 @@ struct wire_pin_get_req {
 	uint8_t pin;
 };
 struct wire_pin_get_rep {
-	uint8_t pin;		/* WIRE_PIN_ERROR: no such pin */
+	uint8_t pin; /* WIRE_PIN_ERROR: no such pin */
 	uint8_t function;
 	uint8_t options;
 	uint8_t extended;
@@ -60,10 +60,10 @@ struct wire_pin_get_rep {
 #define WIRE_CAP_FAST_ENCODER 0x1000
 #define WIRE_CAP_PWM 0x2000
 struct wire_pin_caps_req {
-	uint8_t range;		/* 13 pins each */
+	uint8_t range; /* 13 pins each */
 };
 struct wire_pin_caps_rep {
-	uint32_t mask[13];	/* entry size is not documented, 32 bits assumed */
+	uint32_t mask[13]; /* entry size is not documented, 32 bits assumed */
 };
 
 /* 0x30, 0x31, 0x32 */
@@ -71,14 +71,14 @@ struct wire_input_req {
 	uint8_t pin;
 };
 struct wire_input_rep {
-	uint8_t status;		/* 0 OK */
+	uint8_t status; /* 0 OK */
 	uint8_t value;
 };
 struct wire_inputs_low_rep {
-	uint32_t inputs;	/* pins 1..32, bit 0 = pin 1 */
+	uint32_t inputs; /* pins 1..32, bit 0 = pin 1 */
 };
 struct wire_inputs_high_rep {
-	uint8_t inputs[3];	/* pins 33..55, bit 0 of [0] = pin 33 */
+	uint8_t inputs[3]; /* pins 33..55, bit 0 of [0] = pin 33 */
 };
 
 /* 0x35, 0x36, 0x37 */
@@ -86,10 +86,10 @@ struct wire_analog_one_req {
 	uint8_t pin;
 };
 struct wire_analog_one_rep {
-	uint8_t status;		/* 0 OK */
+	uint8_t status; /* 0 OK */
 	uint8_t value8;
-	uint8_t high;		/* bits 8..11 */
-	uint8_t low;		/* bits 0..7 */
+	uint8_t high; /* bits 8..11 */
+	uint8_t low;  /* bits 0..7 */
 };
 struct wire_analog_4x8_req {
 	uint8_t pin[4];
@@ -101,7 +101,7 @@ struct wire_analog_3x10_req {
 	uint8_t pin[3];
 };
 struct wire_analog_3x10_rep {
-	uint8_t packed[4];	/* 3 x 10 bits; the packing is not documented */
+	uint8_t packed[4]; /* 3 x 10 bits; the packing is not documented */
 };
 
 /* 0x38, 0x39: y = y*RC/(RC+1) + u/(RC+1); 0 is off. */
@@ -117,32 +117,32 @@ struct wire_filter_set_req {
 #define WIRE_ANALOG_FIRST_PIN 41	/* 1-based pin of value[0] */
 #define WIRE_ANALOG_MAX 4095
 struct wire_analog_req {
-	uint8_t first;		/* 0 default; the vendor's library sends 1 */
-	uint8_t count;		/* 0 default: all */
+	uint8_t first; /* 0 default; the vendor's library sends 1 */
+	uint8_t count; /* 0 default: all */
 };
 struct wire_analog_rep {
-	uint16_t value[WIRE_ANALOGS];	/* pins 41..47, 0..4095 */
+	uint16_t value[WIRE_ANALOGS]; /* pins 41..47, 0..4095 */
 };
 
 /* 0x40, 0x42, 0x43 */
 struct wire_output_req {
 	uint8_t pin;
-	uint8_t value;		/* 0 or 1 */
+	uint8_t value; /* 0 or 1 */
 };
 struct wire_output_rep {
-	uint8_t status;		/* 0 OK */
+	uint8_t status; /* 0 OK */
 };
 struct wire_outputs_low_req {
-	uint32_t outputs;	/* pins 1..32 */
+	uint32_t outputs; /* pins 1..32 */
 };
 struct wire_outputs_high_req {
-	uint8_t outputs[3];	/* pins 33..55 */
+	uint8_t outputs[3]; /* pins 33..55 */
 };
 
 /* 0x41, PoKeys55 only. */
 struct wire_analog_out_req {
-	uint8_t pin;		/* 42 */
-	uint16_t value;		/* upper ten bits count */
+	uint8_t pin;    /* 42 */
+	uint16_t value; /* upper ten bits count */
 };
 struct wire_analog_out_rep {
 	uint8_t status;
@@ -155,8 +155,8 @@ struct wire_pin_all_req {
 	uint8_t value[WIRE_PINS_MAX];
 };
 struct wire_pin_all_rep {
-	uint8_t settings;	/* additional settings */
-	uint8_t option2;	/* not documented; kept so that a reply can be repeated */
+	uint8_t settings; /* additional settings */
+	uint8_t option2;  /* not documented; kept so that a reply can be repeated */
 	uint8_t value[WIRE_PINS_MAX];
 };
 
@@ -175,10 +175,10 @@ struct wire_key_map_rep {
 #define WIRE_PWM_TICK_NS (1000000000 / WIRE_PWM_HZ)
 struct wire_pwm_req {
 	uint8_t write;
-	uint8_t duties_only;	/* 1: change the duties, nothing else */
-	uint8_t enabled;	/* bit 0 = channel 1 */
-	uint32_t duty[WIRE_PWMS];	/* ticks, 0..period */
-	uint32_t period;	/* ticks, common to all channels */
+	uint8_t duties_only;      /* 1: change the duties, nothing else */
+	uint8_t enabled;          /* bit 0 = channel 1 */
+	uint32_t duty[WIRE_PWMS]; /* ticks, 0..period */
+	uint32_t period;          /* ticks, common to all channels */
 };
 struct wire_pwm_rep {
 	uint8_t enabled;
@@ -191,17 +191,17 @@ struct wire_pwm_rep {
 #define WIRE_IO_ANALOG_FIRST_PIN 43
 #define WIRE_BASIC_ENCODERS 25
 struct wire_io_req {
-	uint8_t write;		/* 0 read only, 1 write outputs */
-	uint64_t outputs;	/* bit = 0-based pin */
-	uint16_t analog_out;	/* PoKeys55 only */
-	uint64_t ignore;	/* bit set: leave this output alone */
+	uint8_t write;       /* 0 read only, 1 write outputs */
+	uint64_t outputs;    /* bit = 0-based pin */
+	uint16_t analog_out; /* PoKeys55 only */
+	uint64_t ignore;     /* bit set: leave this output alone */
 };
 struct wire_io_rep {
-	uint64_t inputs;	/* bit = 0-based pin */
-	uint16_t analog[WIRE_IO_ANALOGS];	/* pins 43..47, 0..4095 */
-	uint8_t encoder[WIRE_BASIC_ENCODERS];	/* low byte of the counter */
-	uint8_t matrix[8];	/* rows 0..7, bit = column */
-	uint32_t ultra;		/* ultra-fast encoder */
+	uint64_t inputs;                      /* bit = 0-based pin */
+	uint16_t analog[WIRE_IO_ANALOGS];     /* pins 43..47, 0..4095 */
+	uint8_t encoder[WIRE_BASIC_ENCODERS]; /* low byte of the counter */
+	uint8_t matrix[8];                    /* rows 0..7, bit = column */
+	uint32_t ultra;                       /* ultra-fast encoder */
 };
 
 /* 0xD8, 0xD9 (section 3.5) */
@@ -210,14 +210,14 @@ struct wire_counters_req {
 	uint8_t pin[WIRE_COUNTERS];
 };
 struct wire_counters_rep {
-	uint32_t value[WIRE_COUNTERS];	/* in the order asked for */
+	uint32_t value[WIRE_COUNTERS]; /* in the order asked for */
 };
 struct wire_counter_dirs_req {
 	uint8_t write;
-	uint8_t pin[WIRE_PINS_MAX];	/* direction pin of each pin, 0 none */
+	uint8_t pin[WIRE_PINS_MAX]; /* direction pin of each pin, 0 none */
 };
 struct wire_counter_dirs_rep {
-	uint8_t pin[WIRE_PINS_MAX];	/* not documented, assumed as the request */
+	uint8_t pin[WIRE_PINS_MAX]; /* not documented, assumed as the request */
 };
 
 WIRE_OPS_IO(WIRE_TYPED)

@@ -14,7 +14,7 @@ struct wire_labels {
 	uint8_t hardware;
 	/* Of the outputs that are no terminals, by bit of the second byte of 0x85/04. */
 	const char *output[WIRE_LABEL_OUTPUTS];
-	const char *terminal[56];	/* 1-based; NULL = none but its number */
+	const char *terminal[56]; /* 1-based; NULL = none but its number */
 };
 
 /* NULL: nothing but numbers is documented. */

@@ -47,7 +47,7 @@ static void put_wide(uint8_t kind, uint8_t *p, const uint8_t *member)
 	switch ((enum wire_kind)kind) {
 	case WIRE_KIND_U8:
 	case WIRE_KIND_TEXT:
-		break;		/* copied as a whole by the caller */
+		break; /* copied as a whole by the caller */
 	case WIRE_KIND_U16:
 		memcpy(&u16, member, sizeof(u16));
 		wire_put_u16(p, u16);
@@ -77,7 +77,7 @@ static void get_wide(uint8_t kind, const uint8_t *p, uint8_t *member)
 	switch ((enum wire_kind)kind) {
 	case WIRE_KIND_U8:
 	case WIRE_KIND_TEXT:
-		break;		/* copied as a whole by the caller */
+		break; /* copied as a whole by the caller */
 	case WIRE_KIND_U16:
 	case WIRE_KIND_U16BE:
 		u16 = kind == WIRE_KIND_U16 ? wire_get_u16(p) : wire_get_u16be(p);

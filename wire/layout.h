@@ -14,30 +14,30 @@
 #include "wire/packet.h"
 
 enum wire_kind {
-	WIRE_KIND_U8,		/* also int8_t */
-	WIRE_KIND_U16,		/* also int16_t */
+	WIRE_KIND_U8,  /* also int8_t */
+	WIRE_KIND_U16, /* also int16_t */
 	WIRE_KIND_U16BE,
-	WIRE_KIND_U32,		/* also int32_t */
+	WIRE_KIND_U32, /* also int32_t */
 	WIRE_KIND_F32,
-	WIRE_KIND_U56,		/* uint64_t bitmap of seven bytes */
-	WIRE_KIND_TEXT,		/* char[n + 1] for n bytes; decode adds the NUL */
+	WIRE_KIND_U56,  /* uint64_t bitmap of seven bytes */
+	WIRE_KIND_TEXT, /* char[n + 1] for n bytes; decode adds the NUL */
 };
 
 struct wire_field {
-	uint8_t at;		/* first byte in the packet */
-	uint8_t kind;		/* enum wire_kind */
-	uint8_t count;		/* consecutive elements */
-	uint8_t max;		/* upper limit of a u8 count field, 0: none */
-	uint8_t reps;		/* blocks of count elements */
-	uint8_t stride;		/* packet bytes from block to block */
-	uint16_t offset;	/* in the struct */
-	uint16_t step;		/* struct bytes from block to block */
+	uint8_t at;      /* first byte in the packet */
+	uint8_t kind;    /* enum wire_kind */
+	uint8_t count;   /* consecutive elements */
+	uint8_t max;     /* upper limit of a u8 count field, 0: none */
+	uint8_t reps;    /* blocks of count elements */
+	uint8_t stride;  /* packet bytes from block to block */
+	uint16_t offset; /* in the struct */
+	uint16_t step;   /* struct bytes from block to block */
 };
 
 struct wire_layout {
 	const struct wire_field *fields;
 	uint16_t count;
-	uint16_t size;		/* of the struct */
+	uint16_t size; /* of the struct */
 };
 
 /*

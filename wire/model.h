@@ -92,37 +92,37 @@ struct wire_pinmap {
 	uint64_t analog_in;
 	uint64_t counter;
 	uint64_t pwm;
-	uint8_t pwm_pin[WIRE_MODEL_PWMS];	/* of channel 1..6; 0: not brought out */
+	uint8_t pwm_pin[WIRE_MODEL_PWMS]; /* of channel 1..6; 0: not brought out */
 	struct wire_encoder_pins fast[WIRE_MODEL_FASTS];
-	struct wire_encoder_pins fast_old[WIRE_MODEL_FASTS];	/* WIRE_FAST_OLD */
+	struct wire_encoder_pins fast_old[WIRE_MODEL_FASTS]; /* WIRE_FAST_OLD */
 	struct wire_encoder_pins ultra;
 	/* While they are in use; none where the signals have connectors of their own. */
-	uint64_t generator;		/* the external pulse generator's bus */
-	uint64_t generator_io;		/* its extended inputs and outputs */
-	uint64_t poextbus;		/* the second connector */
-	uint8_t direction[WIRE_MODEL_INTERNAL_AXES];	/* the integrated generator's, by axis */
+	uint64_t generator;                          /* the external pulse generator's bus */
+	uint64_t generator_io;                       /* its extended inputs and outputs */
+	uint64_t poextbus;                           /* the second connector */
+	uint8_t direction[WIRE_MODEL_INTERNAL_AXES]; /* the integrated generator's, by axis */
 	uint8_t step[WIRE_MODEL_INTERNAL_AXES];
-	uint8_t emergency, charge_pump;	/* "default" */
+	uint8_t emergency, charge_pump; /* "default" */
 };
 
 struct wire_model {
-	uint8_t hardware;	/* enum wire_hardware */
+	uint8_t hardware; /* enum wire_hardware */
 	bool ethernet;
-	bool known;		/* false: only its name is documented, it has no pins */
+	bool known; /* false: only its name is documented, it has no pins */
 	uint8_t pins;
-	uint8_t basic_encoders;	/* 8-bit values in 0xCC */
-	uint8_t encoders;	/* with the ultra-fast one */
+	uint8_t basic_encoders; /* 8-bit values in 0xCC */
+	uint8_t encoders;       /* with the ultra-fast one */
 	uint8_t fast_encoders;
 	uint8_t ultra_encoders;
 	uint8_t pwm_channels;
 	uint8_t matrix_leds;
 	uint8_t poextbus_bytes;
 	uint8_t easy_sensors;
-	uint8_t pulse_axes;	/* most the board brings out; 0: ask the status, @56 */
+	uint8_t pulse_axes; /* most the board brings out; 0: ask the status, @56 */
 	uint32_t pwm_hz;
-	uint32_t features;	/* WIRE_HAS_ */
+	uint32_t features; /* WIRE_HAS_ */
 	const char *name;
-	const struct wire_pinmap *pinmap;	/* never NULL; all zero when not documented */
+	const struct wire_pinmap *pinmap; /* never NULL; all zero when not documented */
 };
 
 /* The model of a hardware id; never NULL, "unknown" with known == false. */
@@ -146,7 +146,7 @@ bool wire_pin_can(const struct wire_model *model, unsigned int pin, enum wire_pi
 /* Firmware version: byte 0x37 with revision 15 is 4.7.15. */
 struct wire_version {
 	uint8_t major, minor, revision;
-	bool boot56;		/* bit 7 of the code: series-56 bootloader */
+	bool boot56; /* bit 7 of the code: series-56 bootloader */
 };
 struct wire_version wire_firmware(uint8_t code, uint8_t revision);
 
@@ -161,8 +161,8 @@ bool wire_firmware_at_least(const struct wire_version *version, uint8_t major, u
 struct wire_identity {
 	uint32_t serial;
 	struct wire_version firmware;
-	uint8_t hardware;	/* 0 without extended block */
-	bool extended;		/* the reply has the extended block */
+	uint8_t hardware; /* 0 without extended block */
+	bool extended;    /* the reply has the extended block */
 	const struct wire_model *model;
 };
 void wire_identify(const struct wire_device_data_rep *data, struct wire_identity *identity);
@@ -181,13 +181,13 @@ void wire_device_label(const struct wire_device_name_rep *name, char out[21]);
 #define WIRE_DISCOVERY_OLD_LEN 14
 struct wire_discovery {
 	uint8_t user_id;
-	uint8_t firmware;	/* coded, see wire_firmware() */
+	uint8_t firmware; /* coded, see wire_firmware() */
 	uint8_t revision;
-	uint8_t ip[4];		/* a.b.c.d */
+	uint8_t ip[4]; /* a.b.c.d */
 	uint8_t dhcp;
-	uint8_t host_ip[4];	/* who asked */
-	uint32_t serial;	/* 16 bits in the old format */
-	uint8_t hardware;	/* 0 in the old format */
+	uint8_t host_ip[4]; /* who asked */
+	uint32_t serial;    /* 16 bits in the old format */
+	uint8_t hardware;   /* 0 in the old format */
 	bool old_format;
 };
 

@@ -42,15 +42,15 @@
 
 /* How the mailbox may repeat a request. */
 enum wire_class {
-	WIRE_READ,	/* changes nothing: resend freely */
-	WIRE_WRITE,	/* twice is as good as once: resend the newest value */
-	WIRE_ONE_SHOT,	/* never twice unless known not to have been executed */
+	WIRE_READ,     /* changes nothing: resend freely */
+	WIRE_WRITE,    /* twice is as good as once: resend the newest value */
+	WIRE_ONE_SHOT, /* never twice unless known not to have been executed */
 };
 
 /* Where an operation's sub-id sits. A range is one layout under many ids. */
 struct wire_sub {
-	uint8_t where;		/* 0: none, WIRE_AT_P1: byte @2 */
-	uint8_t first, last;	/* inclusive */
+	uint8_t where;       /* 0: none, WIRE_AT_P1: byte @2 */
+	uint8_t first, last; /* inclusive */
 };
 
 #define WIRE_NO_SUB { 0, 0, 0 }
@@ -64,13 +64,13 @@ struct wire_sub {
  */
 enum wire_rule_kind {
 	WIRE_RULE_ALWAYS,
-	WIRE_RULE_EQ,		/* p[at] == value */
-	WIRE_RULE_NE,		/* p[at] != value */
-	WIRE_RULE_GE,		/* p[at] >= value */
-	WIRE_RULE_LT,		/* p[at] < value */
-	WIRE_RULE_PIN_ALL,	/* 0xC0: p1 == 1 or p2 == 2 */
-	WIRE_RULE_ULTRA,	/* 0x1C: one-shot only when it arms the index reset */
-	WIRE_RULE_STATE,	/* 0x85/02: stopping may be repeated, starting not */
+	WIRE_RULE_EQ,      /* p[at] == value */
+	WIRE_RULE_NE,      /* p[at] != value */
+	WIRE_RULE_GE,      /* p[at] >= value */
+	WIRE_RULE_LT,      /* p[at] < value */
+	WIRE_RULE_PIN_ALL, /* 0xC0: p1 == 1 or p2 == 2 */
+	WIRE_RULE_ULTRA,   /* 0x1C: one-shot only when it arms the index reset */
+	WIRE_RULE_STATE,   /* 0x85/02: stopping may be repeated, starting not */
 };
 
 struct wire_rule {
@@ -88,32 +88,29 @@ struct wire_rule {
 
 /* What a reply must repeat of its request, where the device is known to. */
 enum wire_flags {
-	WIRE_P1 = 1,		/* reply @2 == request @2 */
-	WIRE_P2 = 2,		/* reply @3 == request @3 */
-	WIRE_CHECK = 4,		/* reply @63 == 0x5A + request @3 */
-	WIRE_BARE = 8,		/* the device does not put the sub-id into the reply */
-	WIRE_NO_REPLY = 16,	/* the device never answers this request */
+	WIRE_P1 = 1,        /* reply @2 == request @2 */
+	WIRE_P2 = 2,        /* reply @3 == request @3 */
+	WIRE_CHECK = 4,     /* reply @63 == 0x5A + request @3 */
+	WIRE_BARE = 8,      /* the device does not put the sub-id into the reply */
+	WIRE_NO_REPLY = 16, /* the device never answers this request */
 };
 
 #include "wire/ops.h"
 
 #define WIRE_OP_ENUM(NAME, name, id, sub, class, rule, flags, req, rep) WIRE_OP_##NAME,
-enum wire_op {
-	WIRE_OPS(WIRE_OP_ENUM)
-	WIRE_OP_COUNT
-};
+enum wire_op { WIRE_OPS(WIRE_OP_ENUM) WIRE_OP_COUNT };
 #undef WIRE_OP_ENUM
 
-struct wire_layout;		/* wire/layout.h */
+struct wire_layout; /* wire/layout.h */
 
 struct wire_op_row {
 	enum wire_op op;
-	const char *name;	/* "pulse_status" */
-	uint8_t id;		/* @1 */
+	const char *name; /* "pulse_status" */
+	uint8_t id;       /* @1 */
 	struct wire_sub sub;
-	enum wire_class class;	/* of a request for which rule holds */
+	enum wire_class class; /* of a request for which rule holds */
 	struct wire_rule rule;
-	uint8_t flags;		/* enum wire_flags */
+	uint8_t flags; /* enum wire_flags */
 	const struct wire_layout *req;
 	const struct wire_layout *rep;
 };

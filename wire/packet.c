@@ -18,14 +18,10 @@
 const char *wire_reason_name(enum wire_reason reason)
 {
 	static const char *const names[WIRE_REASONS] = {
-		[WIRE_OK] = "ok",
-		[WIRE_LENGTH] = "length",
-		[WIRE_MAGIC] = "header",
-		[WIRE_CHECKSUM] = "checksum",
-		[WIRE_ID] = "request-id",
-		[WIRE_OPERATION] = "operation",
-		[WIRE_ECHO] = "echo",
-		[WIRE_CHECK_BYTE] = "check-byte",
+		[WIRE_OK] = "ok",         [WIRE_LENGTH] = "length",
+		[WIRE_MAGIC] = "header",  [WIRE_CHECKSUM] = "checksum",
+		[WIRE_ID] = "request-id", [WIRE_OPERATION] = "operation",
+		[WIRE_ECHO] = "echo",     [WIRE_CHECK_BYTE] = "check-byte",
 	};
 
 	if ((unsigned int)reason >= WIRE_REASONS)

@@ -38,13 +38,13 @@
 /* Why a packet was not taken. WIRE_OK is zero, the rest positive conditions. */
 enum wire_reason {
 	WIRE_OK = 0,
-	WIRE_LENGTH,		/* not exactly 64 bytes */
-	WIRE_MAGIC,		/* @0 is not the expected 0xAA / 0xBB */
-	WIRE_CHECKSUM,		/* @7 is not the sum of @0..@6 */
-	WIRE_ID,		/* request id @6 differs */
-	WIRE_OPERATION,		/* operation @1 differs */
-	WIRE_ECHO,		/* a parameter the device must echo differs */
-	WIRE_CHECK_BYTE,	/* @63 of a pulse engine status is wrong */
+	WIRE_LENGTH,     /* not exactly 64 bytes */
+	WIRE_MAGIC,      /* @0 is not the expected 0xAA / 0xBB */
+	WIRE_CHECKSUM,   /* @7 is not the sum of @0..@6 */
+	WIRE_ID,         /* request id @6 differs */
+	WIRE_OPERATION,  /* operation @1 differs */
+	WIRE_ECHO,       /* a parameter the device must echo differs */
+	WIRE_CHECK_BYTE, /* @63 of a pulse engine status is wrong */
 	WIRE_REASONS
 };
 
@@ -88,8 +88,7 @@ static inline uint16_t wire_get_u16be(const uint8_t *p)
 
 static inline uint32_t wire_get_u32(const uint8_t *p)
 {
-	return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 |
-	       (uint32_t)p[3] << 24;
+	return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
 }
 
 static inline int32_t wire_get_i32(const uint8_t *p)

@@ -71,54 +71,54 @@ enum wire_axis_state {
 
 /* 0x85/00 and 0x85/08 request. */
 struct wire_pulse_status_req {
-	uint8_t check;		/* any value; a good reply has 0x5A + check at @63 */
+	uint8_t check; /* any value; a good reply has 0x5A + check at @63 */
 };
 
 /* 0x85/00 reply (section 3.24.2). */
 struct wire_pulse_status_rep {
-	uint8_t soft_limits;	/* active, per axis */
+	uint8_t soft_limits; /* active, per axis */
 	uint8_t power_states;
 	uint8_t limit_override;
-	uint8_t axes_enabled;	/* number of enabled axes */
-	uint8_t activated;	/* 1: initialised */
-	uint8_t engine_state;	/* enum wire_engine_state */
+	uint8_t axes_enabled; /* number of enabled axes */
+	uint8_t activated;    /* 1: initialised */
+	uint8_t engine_state; /* enum wire_engine_state */
 	uint8_t charge_pump;
-	uint8_t limit_pos;	/* limit + tripped, per axis */
-	uint8_t limit_neg;	/* limit - tripped, per axis */
-	uint8_t home;		/* home switch, per axis */
-	uint8_t generator;	/* WIRE_GENERATOR_ */
-	uint8_t axis_state[WIRE_AXES];	/* enum wire_axis_state */
+	uint8_t limit_pos;             /* limit + tripped, per axis */
+	uint8_t limit_neg;             /* limit - tripped, per axis */
+	uint8_t home;                  /* home switch, per axis */
+	uint8_t generator;             /* WIRE_GENERATOR_ */
+	uint8_t axis_state[WIRE_AXES]; /* enum wire_axis_state */
 	int32_t position[WIRE_AXES];
 	uint8_t axes_supported;
-	uint8_t max_khz;	/* highest pulse frequency */
+	uint8_t max_khz; /* highest pulse frequency */
 	uint8_t buffer_slots;
-	uint8_t slot_time;	/* 100 us */
+	uint8_t slot_time; /* 100 us */
 	uint8_t emergency_invert;
-	uint8_t driver_error;	/* per axis */
-	uint8_t misc_inputs;	/* WIRE_MISC_ */
-	uint8_t check;		/* checked by wire_match_reply() */
+	uint8_t driver_error; /* per axis */
+	uint8_t misc_inputs;  /* WIRE_MISC_ */
+	uint8_t check;        /* checked by wire_match_reply() */
 };
 
 /* Result byte of setup, smart generator setup and reset. */
 struct wire_pulse_result_rep {
-	uint8_t result;		/* 0 OK */
+	uint8_t result; /* 0 OK */
 };
 
 /* 0x85/01; generator and power states take effect after 0x85/05. */
 struct wire_pulse_setup_req {
-	uint8_t axes;		/* enabled axes, 0..8 */
-	uint8_t charge_pump;	/* 0 off, 1 default pin, >= 10 pin */
+	uint8_t axes;        /* enabled axes, 0..8 */
+	uint8_t charge_pump; /* 0 off, 1 default pin, >= 10 pin */
 	uint8_t generator;
-	uint8_t buffer_slots;	/* 0 default */
+	uint8_t buffer_slots; /* 0 default */
 	uint8_t emergency_invert;
 	uint8_t power_states;
 };
 
 /* 0x85/02 */
 struct wire_pulse_state_req {
-	uint8_t state;		/* enum wire_engine_state */
-	uint8_t limit_override;	/* 1: motion in both directions in spite of limits */
-	uint8_t enable_mask;	/* outputs of axes with WIRE_AXIS_ENABLED_MASKED */
+	uint8_t state;          /* enum wire_engine_state */
+	uint8_t limit_override; /* 1: motion in both directions in spite of limits */
+	uint8_t enable_mask;    /* outputs of axes with WIRE_AXIS_ENABLED_MASKED */
 };
 
 /* 0x85/03 */
@@ -131,7 +131,7 @@ struct wire_pulse_positions_req {
 struct wire_pulse_outputs_req {
 	uint8_t relays;
 	uint8_t oc;
-	uint8_t read_only;	/* 1: only read */
+	uint8_t read_only; /* 1: only read */
 };
 struct wire_pulse_outputs_rep {
 	uint8_t relays;
@@ -143,7 +143,7 @@ struct wire_pulse_outputs_rep {
 #define WIRE_EMERGENCY_PIN_BASE 10
 struct wire_pulse_emergency_req {
 	uint8_t write;
-	uint8_t read_mark;	/* @5, 1 from the vendor's library when reading; ignored */
+	uint8_t read_mark; /* @5, 1 from the vendor's library when reading; ignored */
 	uint8_t pin;
 };
 struct wire_pulse_emergency_rep {
@@ -166,14 +166,14 @@ struct wire_pulse_status2_rep {
 #define WIRE_SYNC_EXTERNAL_FIRST 92
 #define WIRE_SYNC_EXTERNAL_LAST 99
 struct wire_pulse_sync_pwm_req {
-	uint8_t option;		/* WIRE_SYNC_ */
-	uint8_t axis;		/* source of the value */
-	uint8_t channel;	/* PWM channel 0..5 */
+	uint8_t option;  /* WIRE_SYNC_ */
+	uint8_t axis;    /* source of the value */
+	uint8_t channel; /* PWM channel 0..5 */
 };
 struct wire_pulse_sync_outputs_req {
-	uint8_t option;		/* WIRE_SYNC_ */
+	uint8_t option; /* WIRE_SYNC_ */
 	uint8_t axis;
-	uint8_t pin[8];		/* per bit: 1-based, 0 none, 92..99 on-board outputs */
+	uint8_t pin[8]; /* per bit: 1-based, 0 none, 92..99 on-board outputs */
 };
 
 /* Axis options, @8. */
@@ -213,12 +213,12 @@ struct wire_pulse_sync_outputs_req {
  * of it, signal options and reserved bytes included.
  */
 struct wire_axis_config {
-	uint8_t options;	/* WIRE_AXIS_ */
-	uint8_t switches;	/* WIRE_SWITCH_ */
+	uint8_t options;  /* WIRE_AXIS_ */
+	uint8_t switches; /* WIRE_SWITCH_ */
 	uint8_t pin_home, pin_limit_n, pin_limit_p;
-	uint8_t homing_speed;	/* % of max_speed */
-	uint8_t homing_return;	/* % of the homing speed */
-	uint8_t mpg_encoder;	/* 1-based, 0 none */
+	uint8_t homing_speed;  /* % of max_speed */
+	uint8_t homing_return; /* % of the homing speed */
+	uint8_t mpg_encoder;   /* 1-based, 0 none */
 	float max_speed;
 	float max_accel;
 	float max_decel;
@@ -226,14 +226,14 @@ struct wire_axis_config {
 	int16_t mpg_multiplier;
 	uint8_t pin_enable;
 	uint8_t invert_enable;
-	uint8_t filter_limit_n, filter_limit_p, filter_home;	/* 0..254 */
-	uint8_t homing_algorithm;	/* WIRE_HOMING_ */
-	uint8_t mpg_1x;		/* firmware 4.2.18 to 4.2.31 only */
-	int32_t back_off;	/* pulses */
+	uint8_t filter_limit_n, filter_limit_p, filter_home; /* 0..254 */
+	uint8_t homing_algorithm;                            /* WIRE_HOMING_ */
+	uint8_t mpg_1x;                                      /* firmware 4.2.18 to 4.2.31 only */
+	int32_t back_off;                                    /* pulses */
 	uint16_t mpg_divider;
-	uint8_t signals;	/* WIRE_SIGNAL_ */
+	uint8_t signals; /* WIRE_SIGNAL_ */
 	uint8_t filter_probe;
-	uint8_t reserved[11];	/* @53..63 */
+	uint8_t reserved[11]; /* @53..63 */
 };
 
 /* 0x85/10; the reply does not say which axis it is of. */
@@ -254,8 +254,8 @@ struct wire_pulse_axis_set_req {
 #define WIRE_DRIVERS 4
 struct wire_pulse_drivers {
 	struct {
-		uint8_t step;		/* 0 full .. 8 1/256 */
-		uint8_t current;	/* 0..255 = 0..2.5 A */
+		uint8_t step;    /* 0 full .. 8 1/256 */
+		uint8_t current; /* 0..255 = 0..2.5 A */
 	} driver[WIRE_DRIVERS];
 };
 
@@ -268,7 +268,7 @@ struct wire_pulse_move_req {
 struct wire_pulse_move_pv_req {
 	uint8_t mask;
 	int32_t position[WIRE_AXES];
-	uint16_t velocity[WIRE_AXES];	/* 0..65535 = 0..100 % of max_speed */
+	uint16_t velocity[WIRE_AXES]; /* 0..65535 = 0..100 % of max_speed */
 };
 
 /* 0x85/21 */
@@ -279,36 +279,36 @@ struct wire_pulse_home_start_req {
 
 /* 0x85/22 */
 struct wire_pulse_home_finish_req {
-	uint8_t state;		/* engine state to enter */
-	uint8_t keep_state;	/* 1: do not change the engine state */
+	uint8_t state;      /* engine state to enter */
+	uint8_t keep_state; /* 1: do not change the engine state */
 };
 
 /* 0x85/23; input 0 off, 1..8 external, else 1-based pin + 8. */
 struct wire_pulse_probe_start_req {
 	uint8_t mask;
-	uint8_t hybrid;		/* 1: mask, limit and speed do not count */
-	int32_t limit[WIRE_AXES];	/* furthest position */
-	float speed;		/* ratio of max_speed */
+	uint8_t hybrid;           /* 1: mask, limit and speed do not count */
+	int32_t limit[WIRE_AXES]; /* furthest position */
+	float speed;              /* ratio of max_speed */
 	uint8_t input;
 	uint8_t polarity;
 };
 
 /* 0x85/24 */
 struct wire_pulse_probe_finish_req {
-	uint8_t keep_state;	/* 0: engine goes to STOPPED, 1: only clear probing */
+	uint8_t keep_state; /* 0: engine goes to STOPPED, 1: only clear probing */
 };
 struct wire_pulse_probe_finish_rep {
 	int32_t position[WIRE_AXES];
-	uint8_t status;		/* per axis: found */
+	uint8_t status; /* per axis: found */
 };
 
 /* 0x85/35 and 0x85/36 reply (section 6, D25). */
 struct wire_thread_status_rep {
 	uint8_t preparing, prepared, waiting, active;
-	int32_t velocity;	/* estimated */
+	int32_t velocity; /* estimated */
 	int32_t position_error;
 	uint32_t rpm;
-	uint8_t ignore_axes;	/* mask */
+	uint8_t ignore_axes; /* mask */
 	uint32_t index_count;
 	uint8_t debug[35];
 };
@@ -316,8 +316,8 @@ struct wire_thread_status_rep {
 
 /* 0x85/36 */
 struct wire_thread_params_req {
-	uint8_t mode;		/* 0 index, 1 encoder + index, 2 hs index, 3 hs encoder */
-	uint16_t ticks;		/* encoder ticks per revolution */
+	uint8_t mode;   /* 0 index, 1 encoder + index, 2 hs index, 3 hs encoder */
+	uint16_t ticks; /* encoder ticks per revolution */
 	uint16_t target_rpm;
 	uint16_t speed_gain;
 	uint16_t position_gain;
@@ -326,9 +326,9 @@ struct wire_thread_params_req {
 
 /* 0x85/40 and 0x85/41 */
 struct wire_backlash {
-	uint16_t half_width;	/* pulses */
-	uint8_t accel;		/* pulses per ms^2 */
-	uint8_t reserved;	/* goes back as it came */
+	uint16_t half_width; /* pulses */
+	uint8_t accel;       /* pulses per ms^2 */
+	uint8_t reserved;    /* goes back as it came */
 };
 struct wire_pulse_backlash_set_req {
 	uint8_t enable;
@@ -339,7 +339,7 @@ struct wire_pulse_backlash_rep {
 	uint8_t enable;
 	uint8_t max_speed;
 	struct wire_backlash axis[WIRE_AXES];
-	int16_t compensation[WIRE_AXES];	/* current */
+	int16_t compensation[WIRE_AXES]; /* current */
 };
 
 /* 0x85/50 .. 0x85/54: PoStep drivers; option 0x10 writes, 0 reads. */
@@ -349,33 +349,33 @@ struct wire_postep_comm_req {
 	uint8_t enable;
 	struct {
 		uint8_t type;
-		uint8_t address;	/* I2C */
+		uint8_t address; /* I2C */
 		uint8_t update;
 	} axis[WIRE_AXES];
 };
 struct wire_postep_status_rep {
 	struct {
-		uint8_t supply;		/* 0.25 V */
-		uint8_t temperature;	/* degrees C */
+		uint8_t supply;      /* 0.25 V */
+		uint8_t temperature; /* degrees C */
 		uint8_t inputs;
 		uint8_t state;
 		uint8_t faults;
-		uint8_t updates;	/* counter */
+		uint8_t updates; /* counter */
 	} axis[WIRE_AXES];
 };
 struct wire_postep_currents_req {
 	uint8_t option;
 	struct {
-		uint16_t full_scale, idle, overheat;	/* unit not documented */
+		uint16_t full_scale, idle, overheat; /* unit not documented */
 	} axis[WIRE_AXES];
 };
 struct wire_postep_modes_req {
 	uint8_t option;
 	struct {
 		uint8_t mode;
-		uint8_t step;		/* 0..8 = 1..1/256 */
-		uint8_t temperature;	/* limit */
-		uint8_t reserved[3];	/* go back as they came */
+		uint8_t step;        /* 0..8 = 1..1/256 */
+		uint8_t temperature; /* limit */
+		uint8_t reserved[3]; /* go back as they came */
 	} axis[WIRE_AXES];
 };
 struct wire_postep_versions_rep {
@@ -423,20 +423,20 @@ struct wire_smart_encoders_rep {
  */
 struct wire_pulse_fill_req {
 	uint8_t slots;
-	uint8_t axes;		/* stride of a slot in values */
+	uint8_t axes; /* stride of a slot in values */
 	uint8_t data[WIRE_FILL_DATA];
 };
 
 /* Reply of every fill: the status, but slots taken instead of sub-command. */
 struct wire_pulse_fill_rep {
 	uint8_t accepted;
-	struct wire_pulse_status_rep status;	/* its check byte is not set */
+	struct wire_pulse_status_rep status; /* its check byte is not set */
 };
 
 /* One part of 0xB0 (section 1.6). */
 struct wire_pulse_fill_part_req {
-	uint8_t part;		/* index, WIRE_MULTI_START, WIRE_MULTI_STOP */
-	uint8_t width;		/* WIRE_SLOTS_8BIT or WIRE_SLOTS_16BIT */
+	uint8_t part;  /* index, WIRE_MULTI_START, WIRE_MULTI_STOP */
+	uint8_t width; /* WIRE_SLOTS_8BIT or WIRE_SLOTS_16BIT */
 	uint8_t slots;
 	uint8_t axes;
 	uint8_t data[WIRE_FILL_DATA];

@@ -63,16 +63,15 @@ int wire_slot16_steps(uint16_t code)
 }
 
 /* Byte offset of one value, or len when it is not there. */
-static size_t slot_at(size_t len, uint8_t width, uint8_t axes, unsigned int slot,
-		      unsigned int axis)
+static size_t slot_at(size_t len, uint8_t width, uint8_t axes, unsigned int slot, unsigned int axis)
 {
 	if (axis >= axes || slot >= wire_slots_max(width, axes, len))
 		return len;
 	return ((size_t)slot * axes + axis) * width_bytes(width);
 }
 
-int wire_slot_get(const uint8_t *data, size_t len, uint8_t width, uint8_t axes,
-		  unsigned int slot, unsigned int axis)
+int wire_slot_get(const uint8_t *data, size_t len, uint8_t width, uint8_t axes, unsigned int slot,
+		  unsigned int axis)
 {
 	const size_t at = slot_at(len, width, axes, slot, axis);
 
@@ -112,15 +111,16 @@ static bool multi_fits(const struct wire_multi *fill, size_t len)
 {
 	if (fill->width != WIRE_SLOTS_8BIT && fill->width != WIRE_SLOTS_16BIT)
 		return false;
-	return len <= WIRE_MULTI_DATA &&
-	       wire_fill_fits(fill->width, fill->slots, fill->axes, len);
+	return len <= WIRE_MULTI_DATA && wire_fill_fits(fill->width, fill->slots, fill->axes, len);
 }
 
 bool wire_multi_build(uint8_t p[WIRE_MULTI_BYTES], uint8_t id, const struct wire_multi *fill,
 		      const uint8_t *data, size_t len)
 {
 	struct wire_pulse_fill_part_req part = {
-		.width = fill->width, .slots = fill->slots, .axes = fill->axes,
+		.width = fill->width,
+		.slots = fill->slots,
+		.axes = fill->axes,
 	};
 
 	if (!multi_fits(fill, len))
@@ -144,8 +144,7 @@ static bool part_belongs(const uint8_t *p, unsigned int i, uint8_t first_id)
 {
 	return wire_check_request(p, WIRE_PK) == WIRE_OK &&
 	       wire_packet_op(p) == wire_op(WIRE_OP_PULSE_FILL_PART)->id &&
-	       p[WIRE_AT_P1] == part_mark(i) &&
-	       wire_packet_id(p) == (uint8_t)(first_id + i);
+	       p[WIRE_AT_P1] == part_mark(i) && wire_packet_id(p) == (uint8_t)(first_id + i);
 }
 
 bool wire_multi_parse(const uint8_t p[WIRE_MULTI_BYTES], struct wire_multi *fill,

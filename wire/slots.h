@@ -29,7 +29,7 @@
  * and axes ask for more bytes than len or the packet hold.
  */
 struct wire_multi {
-	uint8_t width;		/* WIRE_SLOTS_8BIT or WIRE_SLOTS_16BIT */
+	uint8_t width; /* WIRE_SLOTS_8BIT or WIRE_SLOTS_16BIT */
 	uint8_t slots;
 	uint8_t axes;
 };
@@ -66,8 +66,8 @@ int wire_slot8_steps(uint8_t code);
 int wire_slot16_steps(uint16_t code);
 
 /* Steps of one axis in one slot, of len bytes of slots; 0 outside of them. */
-int wire_slot_get(const uint8_t *data, size_t len, uint8_t width, uint8_t axes,
-		  unsigned int slot, unsigned int axis);
+int wire_slot_get(const uint8_t *data, size_t len, uint8_t width, uint8_t axes, unsigned int slot,
+		  unsigned int axis);
 
 /* Sets it; false, nothing changed, outside of the data. */
 bool wire_slot_set(uint8_t *data, size_t len, uint8_t width, uint8_t axes, unsigned int slot,

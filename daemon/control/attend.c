@@ -68,8 +68,10 @@ static void tell_reading(struct daemon *daemon, uint32_t failed)
 
 	if (bad && !daemon->told_reading) {
 		pokeys_client_status(daemon->reader[failed], why, sizeof(why));
-		log_line(EVENT_WARNING, "%s: what is published cannot be read back for status and "
-			 "metrics: %s", daemon->config->device[failed].name, why);
+		log_line(EVENT_WARNING,
+			 "%s: what is published cannot be read back for status and "
+			 "metrics: %s",
+			 daemon->config->device[failed].name, why);
 	} else if (!bad && daemon->told_reading) {
 		log_line(EVENT_NOTICE, "what is published can be read back again");
 	}
@@ -121,8 +123,10 @@ static void maintain(struct daemon *daemon)
 	bool removed = shm_host_maintain(daemon->host) == -ESTALE;
 
 	if (removed && !daemon->told_removed)
-		log_line(EVENT_ERROR, "what is shared in %s was removed by somebody; nobody can "
-			 "attach until pokeysd is restarted", daemon->config->runtime_directory);
+		log_line(EVENT_ERROR,
+			 "what is shared in %s was removed by somebody; nobody can "
+			 "attach until pokeysd is restarted",
+			 daemon->config->runtime_directory);
 	daemon->told_removed = removed;
 }
 
@@ -143,8 +147,10 @@ static void look_for_guard(struct daemon *daemon)
 		log_line(EVENT_INFO, "%s: guarded (%s XDP)", interface, guard->mode);
 	} else {
 		atomic_fetch_and(&daemon->loop.shared.flags, ~(uint32_t)POKEYS_STATE_GUARD);
-		log_line(EVENT_WARNING, "%s: the guard is not heard of any more (systemctl status "
-			 "pokeys-guard says why)", interface);
+		log_line(EVENT_WARNING,
+			 "%s: the guard is not heard of any more (systemctl status "
+			 "pokeys-guard says why)",
+			 interface);
 	}
 }
 

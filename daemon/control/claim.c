@@ -143,13 +143,15 @@ static void tell_refused(const struct claims *claims, uint32_t i, uint64_t where
 	if (other) {
 		tell_line(claims->teller, i, EVENT_ERROR, "in-use",
 			  "the device at %s is that of [device %s]; it is driven as %s only, "
-			  "remove one of the sections", put(text, where), other, other);
+			  "remove one of the sections",
+			  put(text, where), other, other);
 		return;
 	}
 	who = holder(where);
 	tell_line(claims->teller, i, EVENT_ERROR, "in-use",
 		  "the device at %s is driven by another pokeysd (process %d of user %u); waiting "
-		  "until that one ends", put(text, where), who.pid, who.uid);
+		  "until that one ends",
+		  put(text, where), who.pid, who.uid);
 }
 
 static void claim(struct claims *claims, uint32_t i, uint64_t where, uint64_t now_ns)

@@ -12,10 +12,10 @@
 #include "daemon/rt/loop.h"
 
 struct claim {
-	int fd;				/* -1 = none */
-	uint64_t held;			/* ip << 16 | port, 0 = none */
-	uint64_t refused;		/* that has been told */
-	uint64_t next_ns;		/* not tried again before */
+	int fd;           /* -1 = none */
+	uint64_t held;    /* ip << 16 | port, 0 = none */
+	uint64_t refused; /* that has been told */
+	uint64_t next_ns; /* not tried again before */
 };
 
 struct claims {

@@ -17,10 +17,10 @@
 #define CONFIG_FOLDER_ENDING ".d"
 
 enum {
-	CONFIG_PATH_MAX = 50,		/* SHM_DIRECTORY_MAX: sockets live below the folder */
+	CONFIG_PATH_MAX = 50, /* SHM_DIRECTORY_MAX: sockets live below the folder */
 	CONFIG_ADDRESSES = 8,
-	CONFIG_FILES = 33,		/* of one configuration */
-	CONFIG_FAULTS_MAX = 50,		/* complaints about one file, then no more */
+	CONFIG_FILES = 33,      /* of one configuration */
+	CONFIG_FAULTS_MAX = 50, /* complaints about one file, then no more */
 };
 
 enum config_transport { CONFIG_AUTO, CONFIG_IO_URING, CONFIG_SOCKET, CONFIG_XDP };
@@ -29,27 +29,27 @@ enum config_wait { CONFIG_WAIT_AUTO, CONFIG_WAIT_SLEEP, CONFIG_WAIT_NAPI, CONFIG
 /* Everything in the units that its users want. */
 struct config {
 	char runtime_directory[CONFIG_PATH_MAX];
-	char group[33];				/* empty = leave */
-	char monitor_group[33];			/* empty = pokeys-monitor, if there is one */
-	char interface[16];			/* empty = any */
-	char metrics_file[256];			/* empty = none */
-	uint32_t recorder_seconds;		/* 0 = nothing is recorded */
-	char record_folder[256];		/* empty = what the service manager gives */
-	uint32_t record_files;			/* kept; 0 = none are written */
+	char group[33];            /* empty = leave */
+	char monitor_group[33];    /* empty = pokeys-monitor, if there is one */
+	char interface[16];        /* empty = any */
+	char metrics_file[256];    /* empty = none */
+	uint32_t recorder_seconds; /* 0 = nothing is recorded */
+	char record_folder[256];   /* empty = what the service manager gives */
+	uint32_t record_files;     /* kept; 0 = none are written */
 	uint64_t record_interval_ns;
-	bool interface_dedicated;		/* for pokeys-guard */
+	bool interface_dedicated; /* for pokeys-guard */
 	enum config_transport transport;
 	enum config_wait wait;
-	uint32_t busy_poll_us;			/* with CONFIG_WAIT_NAPI */
-	struct loop_options loop;		/* mode is chosen by waiting_choose() */
-	int cpu;				/* -1 = not pinned */
+	uint32_t busy_poll_us;    /* with CONFIG_WAIT_NAPI */
+	struct loop_options loop; /* mode is chosen by waiting_choose() */
+	int cpu;                  /* -1 = not pinned */
 	int priority;
 	bool realtime_required;
 	uint64_t discovery_interval_ns;
-	uint32_t discovery_address[CONFIG_ADDRESSES];	/* besides the interfaces' */
+	uint32_t discovery_address[CONFIG_ADDRESSES]; /* besides the interfaces' */
 	uint32_t discovery_addresses;
 	uint64_t metrics_interval_ns;
-	int log_level;				/* syslog's */
+	int log_level; /* syslog's */
 	uint32_t devices;
 	struct device_config device[TRANSPORT_CHANNELS];
 };

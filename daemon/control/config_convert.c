@@ -119,15 +119,16 @@ static void convert_sensor(const struct config_raw_heater *raw, struct sensor_co
 {
 	static const enum sensor_kind kinds[CONFIG_SENSORS] = {
 		[CONFIG_THERMISTOR] = SENSOR_BETA, [CONFIG_STEINHART] = SENSOR_STEINHART,
-		[CONFIG_PT100] = SENSOR_PLATINUM, [CONFIG_PT1000] = SENSOR_PLATINUM,
-		[CONFIG_LINEAR] = SENSOR_LINEAR, [CONFIG_SENSOR_TABLE] = SENSOR_TABLE,
+		[CONFIG_PT100] = SENSOR_PLATINUM,  [CONFIG_PT1000] = SENSOR_PLATINUM,
+		[CONFIG_LINEAR] = SENSOR_LINEAR,   [CONFIG_SENSOR_TABLE] = SENSOR_TABLE,
 	};
 
 	out->kind = kinds[raw->sensor];
 	out->pull_up = raw->pull_up;
 	out->reference = raw->reference;
-	out->ohm = raw->sensor == CONFIG_PT100 ? 100 : raw->sensor == CONFIG_PT1000 ? 1000 :
-							raw->ohm;
+	out->ohm = raw->sensor == CONFIG_PT100  ? 100 :
+		   raw->sensor == CONFIG_PT1000 ? 1000 :
+						  raw->ohm;
 	out->celsius = raw->ohm_at;
 	out->beta = raw->beta;
 	out->volts_at_0 = raw->volts_at_0;
@@ -254,9 +255,11 @@ static void convert_home(const struct config_raw_servo *raw, struct servoing_con
 	const bool low = raw->home_search < 0;
 
 	out->home = (struct servo_home_config){
-		.search = raw->home_search, .latch = or_auto(raw->home_latch, speed * LATCH_PART),
+		.search = raw->home_search,
+		.latch = or_auto(raw->home_latch, speed * LATCH_PART),
 		.acceleration = or_auto(raw->home_acceleration, speed / HOME_REACHED_S),
-		.offset = raw->home_offset, .position = raw->home_position,
+		.offset = raw->home_offset,
+		.position = raw->home_position,
 		.distance = or_auto(raw->home_distance,
 				    (out->servo.most - out->servo.least) * HOME_TIMES),
 	};

@@ -28,17 +28,18 @@
 
 /* What a name is written to is the section as well. */
 _Static_assert(!offsetof(struct config_raw_device, name) &&
-	       !offsetof(struct config_raw_heater, name) &&
-	       !offsetof(struct config_raw_servo, name), "sections begin with their name");
+		       !offsetof(struct config_raw_heater, name) &&
+		       !offsetof(struct config_raw_servo, name),
+	       "sections begin with their name");
 
 enum { SHOWN_MAX = 60 };
 
 struct reading {
 	struct config_file *file;
 	const char *text, *end;
-	uint32_t line;			/* place of what inih has now */
-	bool awaiting;			/* inih has a line that must become a key */
-	char shown[SHOWN_MAX + 4];	/* that line, for a complaint */
+	uint32_t line;             /* place of what inih has now */
+	bool awaiting;             /* inih has a line that must become a key */
+	char shown[SHOWN_MAX + 4]; /* that line, for a complaint */
 	/* the section we are in; raw NULL = keys are skipped, its header was at fault */
 	enum config_section section;
 	char title[48];
@@ -62,12 +63,14 @@ const char *config_where(const struct config_file *file, uint32_t place, uint32_
 	if (same_text(place, from))
 		snprintf(where, CONFIG_WHERE, "line %u", line_of(place));
 	else
-		snprintf(where, CONFIG_WHERE, "%s:%u",
-			 file->text[place >> CONFIG_LINE_BITS].name, line_of(place));
+		snprintf(where, CONFIG_WHERE, "%s:%u", file->text[place >> CONFIG_LINE_BITS].name,
+			 line_of(place));
 	return where;
 }
 
-__attribute__((format(printf, 3, 0)))
+static void tell(const struct config_file *file, uint32_t place, const char *format,
+		 va_list arguments) __attribute__((format(printf, 3, 0)));
+
 static void tell(const struct config_file *file, uint32_t place, const char *format,
 		 va_list arguments)
 {
@@ -163,9 +166,10 @@ struct kind {
 static uint32_t number_of(struct reading *r, const struct kind *kind, const char *name)
 {
 	if (!name_is_good(name)) {
-		config_fault(r->file, r->line, "[%s %s]: a %s's name has 1 to %d of the "
-			     "characters A-Z a-z 0-9 _ -", kind->word, name, kind->word,
-			     POKEYS_SHM_NAME_MAX - 1);
+		config_fault(r->file, r->line,
+			     "[%s %s]: a %s's name has 1 to %d of the "
+			     "characters A-Z a-z 0-9 _ -",
+			     kind->word, name, kind->word, POKEYS_SHM_NAME_MAX - 1);
 		return UINT32_MAX;
 	}
 	for (uint32_t i = 0; i < *kind->count; i++) {
@@ -179,8 +183,8 @@ static uint32_t number_of(struct reading *r, const struct kind *kind, const char
 	}
 	if (*kind->count < kind->most)
 		return *kind->count;
-	config_fault(r->file, r->line, "[%s %s]: too many %ss, at most %u are allowed",
-		     kind->word, name, kind->word, kind->most);
+	config_fault(r->file, r->line, "[%s %s]: too many %ss, at most %u are allowed", kind->word,
+		     name, kind->word, kind->most);
 	return UINT32_MAX;
 }
 
@@ -209,33 +213,51 @@ static void enter_device(struct reading *r, const char *name)
 {
 	struct config_file *file = r->file;
 
-	enter_kind(r, &(struct kind){
-		.section = CONFIG_DEVICE, .word = "device", .raw = (char *)file->device,
-		.stride = sizeof(file->device[0]), .lines = file->device_lines,
-		.count = &file->devices, .most = TRANSPORT_CHANNELS,
-	}, name);
+	enter_kind(r,
+		   &(struct kind){
+			   .section = CONFIG_DEVICE,
+			   .word = "device",
+			   .raw = (char *)file->device,
+			   .stride = sizeof(file->device[0]),
+			   .lines = file->device_lines,
+			   .count = &file->devices,
+			   .most = TRANSPORT_CHANNELS,
+		   },
+		   name);
 }
 
 static void enter_heater(struct reading *r, const char *name)
 {
 	struct config_file *file = r->file;
 
-	enter_kind(r, &(struct kind){
-		.section = CONFIG_HEATER, .word = "heater", .raw = (char *)file->heater,
-		.stride = sizeof(file->heater[0]), .lines = file->heater_lines,
-		.count = &file->heaters, .most = CONFIG_HEATERS,
-	}, name);
+	enter_kind(r,
+		   &(struct kind){
+			   .section = CONFIG_HEATER,
+			   .word = "heater",
+			   .raw = (char *)file->heater,
+			   .stride = sizeof(file->heater[0]),
+			   .lines = file->heater_lines,
+			   .count = &file->heaters,
+			   .most = CONFIG_HEATERS,
+		   },
+		   name);
 }
 
 static void enter_servo(struct reading *r, const char *name)
 {
 	struct config_file *file = r->file;
 
-	enter_kind(r, &(struct kind){
-		.section = CONFIG_SERVO, .word = "servo", .raw = (char *)file->servo,
-		.stride = sizeof(file->servo[0]), .lines = file->servo_lines,
-		.count = &file->servos, .most = CONFIG_SERVOS,
-	}, name);
+	enter_kind(r,
+		   &(struct kind){
+			   .section = CONFIG_SERVO,
+			   .word = "servo",
+			   .raw = (char *)file->servo,
+			   .stride = sizeof(file->servo[0]),
+			   .lines = file->servo_lines,
+			   .count = &file->servos,
+			   .most = CONFIG_SERVOS,
+		   },
+		   name);
 }
 
 /* A line that begins with '['; it stays as it is for inih. */
@@ -247,8 +269,10 @@ static void enter_section(struct reading *r, const char *line)
 	r->raw = NULL;
 	snprintf(r->title, sizeof(r->title), "[?]");
 	if (line[length] != ']' || line[length + 1] || length >= sizeof(name)) {
-		config_fault(r->file, r->line, "\"%s\" is not a section; [daemon], "
-			     "[device NAME], [heater NAME] and [servo NAME] are", r->shown);
+		config_fault(r->file, r->line,
+			     "\"%s\" is not a section; [daemon], "
+			     "[device NAME], [heater NAME] and [servo NAME] are",
+			     r->shown);
 		return;
 	}
 	memcpy(name, line + 1, length - 1);
@@ -262,8 +286,10 @@ static void enter_section(struct reading *r, const char *line)
 	else if (!strncmp(name, "servo ", 6))
 		enter_servo(r, name + 6 + strspn(name + 6, " "));
 	else
-		config_fault(r->file, r->line, "there is no section [%s]; sections are [daemon], "
-			     "[device NAME], [heater NAME] and [servo NAME]", name);
+		config_fault(r->file, r->line,
+			     "there is no section [%s]; sections are [daemon], "
+			     "[device NAME], [heater NAME] and [servo NAME]",
+			     name);
 }
 
 /* Cut comment and blanks off a line of the file; NULL and a complaint if it cannot be one. */
@@ -322,8 +348,10 @@ static char *read_line(char *out, int size, void *stream)
 				continue;
 		}
 		if (!line || strlen(line) > limit) {
-			config_fault(r->file, r->line, "the line is too long, at most %zu "
-				     "characters are allowed", limit);
+			config_fault(r->file, r->line,
+				     "the line is too long, at most %zu "
+				     "characters are allowed",
+				     limit);
 			continue;
 		}
 		shorten(r->shown, line);
@@ -354,8 +382,8 @@ static void take_key(struct reading *r, const char *name, const char *value)
 	number = config_key_number(key);
 	seen = &r->lines->key[number][index];
 	if (same_text(*seen, r->line) || (*seen && r->section != CONFIG_DAEMON)) {
-		config_fault(r->file, r->line, "%s: %s was there before, at %s", r->title,
-			     name, config_where(r->file, *seen, r->line, where));
+		config_fault(r->file, r->line, "%s: %s was there before, at %s", r->title, name,
+			     config_where(r->file, *seen, r->line, where));
 		return;
 	}
 	*seen = r->line;
@@ -379,13 +407,15 @@ static int handle(void *user, const char *section, const char *name, const char 
 {
 	struct reading *r = user;
 
-	(void)section;		/* it would be cut off at 50 characters; ours is not */
+	(void)section; /* it would be cut off at 50 characters; ours is not */
 	r->awaiting = false;
 	if (!*name)
 		config_fault(r->file, r->line, "there is no key before the \"=\"");
 	else if (!*r->title)
-		config_fault(r->file, r->line, "%s stands before any section; [daemon] or "
-			     "[device NAME] comes first", name);
+		config_fault(r->file, r->line,
+			     "%s stands before any section; [daemon] or "
+			     "[device NAME] comes first",
+			     name);
 	else if (r->raw)
 		take_key(r, name, value);
 	return 1;
@@ -402,8 +432,8 @@ static void judge_folder(struct config_file *file, struct config *out, config_co
 			 void *context)
 {
 	uint32_t index;
-	const struct config_key *key = config_find(CONFIG_DAEMON, "runtime-directory", &index,
-						   NULL, 0);
+	const struct config_key *key = config_find(CONFIG_DAEMON, "runtime-directory", &index, NULL,
+						   0);
 	const bool faulty = file->daemon_lines.faulty[config_key_number(key)];
 
 	file->complain = complain;
@@ -423,7 +453,9 @@ static void read_text(struct config_file *file, uint32_t number)
 {
 	const struct config_text *text = &file->text[number];
 	struct reading reading = {
-		.file = file, .text = text->text, .end = text->text + text->length,
+		.file = file,
+		.text = text->text,
+		.end = text->text + text->length,
 		.line = number << CONFIG_LINE_BITS,
 	};
 
@@ -458,7 +490,7 @@ int config_parse_texts(const struct config_text *text, size_t texts, enum config
 	else
 		config_judge(file, out);
 	faults = file->faults;
-	explicit_bzero(file, sizeof(*file));	/* passwords */
+	explicit_bzero(file, sizeof(*file)); /* passwords */
 	free(file);
 	return faults;
 }

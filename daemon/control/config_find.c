@@ -71,7 +71,7 @@ static const char *nearest(enum config_section section, const char *name)
 {
 	const struct config_key *key;
 	const char *found = NULL;
-	size_t best = 3;	/* more than two wrong letters is another word */
+	size_t best = 3; /* more than two wrong letters is another word */
 
 	for (size_t i = 0; (key = config_key_at(i)); i++) {
 		size_t far = distance(key->name, name);
@@ -151,7 +151,8 @@ static const char *elsewhere(const char *name)
 static const char *section_name(enum config_section section)
 {
 	static const char *const names[CONFIG_SECTIONS] = {
-		[CONFIG_DAEMON] = "[daemon]", [CONFIG_DEVICE] = "a [device NAME] section",
+		[CONFIG_DAEMON] = "[daemon]",
+		[CONFIG_DEVICE] = "a [device NAME] section",
 		[CONFIG_HEATER] = "a [heater NAME] section",
 		[CONFIG_SERVO] = "a [servo NAME] section",
 	};
@@ -184,8 +185,8 @@ static void explain(enum config_section section, const char *name, char *why, si
 		 meant ? meant : "pokeysd --help-config lists all keys", meant ? "?" : "");
 }
 
-const struct config_key *config_find(enum config_section section, const char *name,
-				     uint32_t *index, char *why, size_t size)
+const struct config_key *config_find(enum config_section section, const char *name, uint32_t *index,
+				     char *why, size_t size)
 {
 	const struct config_key *key;
 

@@ -10,8 +10,10 @@
 enum { WIDTH = 78 };
 
 static const char *const titles[CONFIG_SECTIONS] = {
-	[CONFIG_DAEMON] = "[daemon]", [CONFIG_DEVICE] = "[device NAME]",
-	[CONFIG_HEATER] = "[heater NAME]", [CONFIG_SERVO] = "[servo NAME]",
+	[CONFIG_DAEMON] = "[daemon]",
+	[CONFIG_DEVICE] = "[device NAME]",
+	[CONFIG_HEATER] = "[heater NAME]",
+	[CONFIG_SERVO] = "[servo NAME]",
 };
 
 /* Words of a text, each line begun with `margin`. */
@@ -45,8 +47,8 @@ static void describe(const struct config_key *key, char *out, size_t size)
 	config_allowed(key, allowed, sizeof(allowed));
 	if (key->count)
 		snprintf(index, sizeof(index), "; # = 0..%u", key->count - 1);
-	snprintf(out, size, "%s%s; %s%s", allowed, index,
-		 key->fallback ? "default " : "no default", key->fallback ? key->fallback : "");
+	snprintf(out, size, "%s%s; %s%s", allowed, index, key->fallback ? "default " : "no default",
+		 key->fallback ? key->fallback : "");
 }
 
 void config_help(FILE *to)

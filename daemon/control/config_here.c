@@ -22,9 +22,11 @@ static bool group_is_there(const char *group)
 static void judge_group(struct config_file *file, const char *key, const char *group)
 {
 	if (*group && !group_is_there(group))
-		config_fault(file, config_line_of(&file->daemon_lines, key, 0), "[daemon]: %s: "
+		config_fault(file, config_line_of(&file->daemon_lines, key, 0),
+			     "[daemon]: %s: "
 			     "there is no group \"%s\" on this machine; create it (groupadd -r "
-			     "%s)", key, group, group);
+			     "%s)",
+			     key, group, group);
 }
 
 void config_judge_here(struct config_file *file)
@@ -36,10 +38,14 @@ void config_judge_here(struct config_file *file)
 	judge_group(file, "group", raw->group);
 	judge_group(file, "monitor-group", raw->monitor_group);
 	if (*raw->interface && !if_nametoindex(raw->interface))
-		config_fault(file, config_line_of(lines, "interface", 0), "[daemon]: interface: "
+		config_fault(file, config_line_of(lines, "interface", 0),
+			     "[daemon]: interface: "
 			     "there is no network interface \"%s\" on this machine (ip link lists "
-			     "those that are there)", raw->interface);
+			     "those that are there)",
+			     raw->interface);
 	if (cores > 0 && raw->cpu >= cores)
-		config_fault(file, config_line_of(lines, "cpu", 0), "[daemon]: cpu: \"%d\" is not "
-			     "on this machine; it has cores 0..%ld", (int)raw->cpu, cores - 1);
+		config_fault(file, config_line_of(lines, "cpu", 0),
+			     "[daemon]: cpu: \"%d\" is not "
+			     "on this machine; it has cores 0..%ld",
+			     (int)raw->cpu, cores - 1);
 }

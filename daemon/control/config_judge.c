@@ -62,16 +62,18 @@ static void judge_times(const struct judged *j)
 	if (raw->stale_after_ms <= sample_ms)
 		judge_fault(j, "stale-after-ms", 0,
 			    "stale-after-ms = %g has to be longer than the time "
-		      "between two samples, which is %g ms (period-us times fast-divider)",
-		      raw->stale_after_ms, sample_ms);
+			    "between two samples, which is %g ms (period-us times fast-divider)",
+			    raw->stale_after_ms, sample_ms);
 	if (raw->lost_after_ms <= raw->stale_after_ms)
-		judge_fault(j, "lost-after-ms", 0, "lost-after-ms = %g has to be longer than "
-		      "stale-after-ms, which is %g", raw->lost_after_ms, raw->stale_after_ms);
+		judge_fault(j, "lost-after-ms", 0,
+			    "lost-after-ms = %g has to be longer than "
+			    "stale-after-ms, which is %g",
+			    raw->lost_after_ms, raw->stale_after_ms);
 	if (raw->deadline_ceiling_ms < raw->deadline_floor_us / 1000)
 		judge_fault(j, "deadline-ceiling-ms", 0,
 			    "deadline-ceiling-ms = %g must not be shorter "
-		      "than deadline-floor-us, which is %g us", raw->deadline_ceiling_ms,
-		      raw->deadline_floor_us);
+			    "than deadline-floor-us, which is %g us",
+			    raw->deadline_ceiling_ms, raw->deadline_floor_us);
 }
 
 static bool has_loops(const struct judged *j)
@@ -93,12 +95,15 @@ static void judge_window(const struct judged *j)
 	const int64_t of_loops = 4, together = loops ? 21 : 20;
 
 	if (loops && window < of_loops)
-		judge_fault(j, "window", 0, "window = %lld is too small for heaters and servo "
-			    "motors, which need %lld or more", (long long)window,
-			    (long long)of_loops);
+		judge_fault(j, "window", 0,
+			    "window = %lld is too small for heaters and servo "
+			    "motors, which need %lld or more",
+			    (long long)window, (long long)of_loops);
 	if (j->raw->slow_together && window < together)
-		judge_fault(j, "window", 0, "window = %lld is too small for slow = together, which "
-			    "needs %lld or more%s", (long long)window, (long long)together,
+		judge_fault(j, "window", 0,
+			    "window = %lld is too small for slow = together, which "
+			    "needs %lld or more%s",
+			    (long long)window, (long long)together,
 			    loops ? " beside heaters and servo motors" : "");
 }
 
@@ -111,14 +116,15 @@ static void judge_identity(const struct judged *j, uint32_t index)
 	    !config_is_faulty(j->lines, "serial"))
 		judge_fault(j, "address", 0,
 			    "neither address nor serial is given; one of them says "
-		      "where the device is");
+			    "where the device is");
 	for (uint32_t i = 0; i < index; i++) {
 		const struct config_raw_device *other = &j->file->device[i];
 
 		if (raw->address && raw->address == other->address && raw->port == other->port)
 			judge_fault(j, "address", 0,
 				    "address: [device %s] has the same one, and the "
-			      "same port", other->name);
+				    "same port",
+				    other->name);
 		if (raw->serial && raw->serial == other->serial)
 			judge_fault(j, "serial", 0, "serial: [device %s] has the same one",
 				    other->name);
@@ -135,7 +141,8 @@ static void judge_password(const struct judged *j)
 	if (j->file->here && config_password_hidden(j->raw->password_file)) {
 		config_note(j->file, config_line_of(j->lines, "password-file", 0),
 			    "[device %s]: password-file: %s may not be opened by this user: not "
-			    "judged (root can)", j->raw->name, j->raw->password_file);
+			    "judged (root can)",
+			    j->raw->name, j->raw->password_file);
 		return;
 	}
 	wrong = config_read_password(j->raw->password_file, j->raw->password);
@@ -169,7 +176,8 @@ void config_judge(struct config_file *file, struct config *out)
 		config_fault(file, config_line_of(&file->daemon_lines, "mode", 0),
 			     "[daemon]: mode = napi polls for busy-poll-us, which is 0");
 	if (!file->devices && !file->faults)
-		config_fault(file, 0, "there is no [device NAME] section; add one with the line "
+		config_fault(file, 0,
+			     "there is no [device NAME] section; add one with the line "
 			     "address = A.B.C.D or serial = NUMBER (pokeysctl discover --config "
 			     "writes them)");
 	judge_heaters(file);

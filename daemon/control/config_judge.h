@@ -19,7 +19,7 @@ void judge_fault(const struct judged *j, const char *key, uint32_t index, const 
 struct judged_part {
 	struct config_file *file;
 	enum config_section section;
-	const char *word, *name;	/* "heater", and that of the section */
+	const char *word, *name; /* "heater", and that of the section */
 	const struct config_lines *lines;
 };
 
@@ -49,8 +49,8 @@ enum { JUDGE_WHY_MAX = 120 };
  * Does the device's failsafe switch off this PWM output, or this digital output, after at most
  * `most` x 100 ms? If not, `why` says why.
  */
-bool judge_part_covered(const struct judged *j, bool pwm, unsigned int output,
-			unsigned int most, char why[JUDGE_WHY_MAX]);
+bool judge_part_covered(const struct judged *j, bool pwm, unsigned int output, unsigned int most,
+			char why[JUDGE_WHY_MAX]);
 
 /* The device has a PWM period, from `least` to `most` ticks, for what `key` says. */
 void judge_part_pwm(struct judged_part part, const char *key, const struct judged *j,

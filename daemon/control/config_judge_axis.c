@@ -44,12 +44,16 @@ static void judge_one(const struct judged *j, unsigned int axis)
 		judge_fault(j, "axis.#.name", axis, "axis.%u.name: \"%s\": %s", axis,
 			    j->raw->axis[axis].name, why);
 	if (*j->raw->axis[axis].name && j->raw->axis[axis].per_unit == 0)
-		judge_fault(j, "axis.#.name", axis, "axis.%u.name is for moves, which need "
-			    "axis.%u.pulses-per-unit", axis, axis);
+		judge_fault(j, "axis.#.name", axis,
+			    "axis.%u.name is for moves, which need "
+			    "axis.%u.pulses-per-unit",
+			    axis, axis);
 	if (j->raw->axis[axis].per_unit != 0 && is_by_speed(&j->raw->settings.axis[axis]))
-		judge_fault(j, "axis.#.pulses-per-unit", axis, "axis.%u.pulses-per-unit is for "
+		judge_fault(j, "axis.#.pulses-per-unit", axis,
+			    "axis.%u.pulses-per-unit is for "
 			    "moves, and an axis with axis.%u.mode = velocity has no positions; "
-			    "use position or buffered", axis, axis);
+			    "use position or buffered",
+			    axis, axis);
 }
 
 void judge_axes(const struct judged *j)

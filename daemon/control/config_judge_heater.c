@@ -20,7 +20,7 @@
 struct judged_part judge_heater_part(struct config_file *file, uint32_t heater)
 {
 	return (struct judged_part){ file, CONFIG_HEATER, "heater", file->heater[heater].name,
-				   &file->heater_lines[heater] };
+				     &file->heater_lines[heater] };
 }
 
 bool judge_has_heater(const struct judged *j, uint32_t heater)
@@ -38,19 +38,26 @@ static void judge_given(struct judged_part part, const struct config_raw_heater 
 			judge_part_fault(part, needed[i], "%s is not given", needed[i]);
 	if (!pwm && !pin && !judge_part_is_faulty(part, "pwm") &&
 	    !judge_part_is_faulty(part, "output-pin"))
-		judge_part_fault(part, "pwm", "neither pwm nor output-pin is given; give one "
+		judge_part_fault(part, "pwm",
+				 "neither pwm nor output-pin is given; give one "
 				 "of them");
 	if (pwm && pin)
-		judge_part_fault(part, "output-pin", "output-pin and pwm are both "
+		judge_part_fault(part, "output-pin",
+				 "output-pin and pwm are both "
 				 "given; give only one");
 }
 
 /* Keys that only some kinds of sensor have. */
 static void judge_sensor_keys(struct judged_part part, const struct config_raw_heater *raw)
 {
-	enum { RESISTOR = 1u << CONFIG_THERMISTOR | 1u << CONFIG_STEINHART | 1u << CONFIG_PT100 |
-			  1u << CONFIG_PT1000 | 1u << CONFIG_SENSOR_TABLE };
-	static const struct { const char *key; unsigned int sensors; } keys[] = {
+	enum {
+		RESISTOR = 1u << CONFIG_THERMISTOR | 1u << CONFIG_STEINHART | 1u << CONFIG_PT100 |
+			   1u << CONFIG_PT1000 | 1u << CONFIG_SENSOR_TABLE
+	};
+	static const struct {
+		const char *key;
+		unsigned int sensors;
+	} keys[] = {
 		{ "thermistor-ohm", 1u << CONFIG_THERMISTOR },
 		{ "thermistor-celsius", 1u << CONFIG_THERMISTOR },
 		{ "thermistor-beta", 1u << CONFIG_THERMISTOR },
@@ -66,13 +73,13 @@ static void judge_sensor_keys(struct judged_part part, const struct config_raw_h
 		return;
 	if (raw->sensor == CONFIG_SENSOR_TABLE && raw->pull_up > 0 &&
 	    judge_part_has(part, "reference-v"))
-		judge_part_fault(part, "reference-v", "reference-v has no effect with "
+		judge_part_fault(part, "reference-v",
+				 "reference-v has no effect with "
 				 "pull-up-ohm above 0");
 	for (size_t i = 0; i < COUNT(keys); i++)
 		if (judge_part_has(part, keys[i].key) && !(keys[i].sensors & sensor))
 			judge_part_fault(part, keys[i].key,
-					 "%s has no effect with this kind of sensor",
-					 keys[i].key);
+					 "%s has no effect with this kind of sensor", keys[i].key);
 }
 
 static void judge_fan_keys(struct judged_part part, const struct config_raw_heater *raw)
@@ -81,19 +88,24 @@ static void judge_fan_keys(struct judged_part part, const struct config_raw_heat
 	const bool pwm = raw->fan_pwm >= 0, pin = raw->fan_pin > 0;
 
 	if (pwm && pin)
-		judge_part_fault(part, "fan-pin", "fan-pin and fan-pwm are both given; give only "
+		judge_part_fault(part, "fan-pin",
+				 "fan-pin and fan-pwm are both given; give only "
 				 "one");
 	if (judge_part_is_faulty(part, "fan-pwm") || judge_part_is_faulty(part, "fan-pin"))
 		return;
 	for (size_t i = 0; i < COUNT(keys); i++)
 		if (!pwm && !pin && judge_part_has(part, keys[i]))
-			judge_part_fault(part, keys[i], "%s has no effect without fan-pwm or "
-					 "fan-pin", keys[i]);
-	if ((pwm || pin) && judge_part_has(part, "max-temperature") &&
-	    judge_part_is_whole(part) && raw->fan_above >= raw->out.heater.target_most)
-		judge_part_fault(part, "fan-above", "fan-above%s has to be below max-target, "
-				 "which is %g", judge_part_has(part, "fan-above") ? "" :
-				 " (default: 50)", raw->out.heater.target_most);
+			judge_part_fault(part, keys[i],
+					 "%s has no effect without fan-pwm or "
+					 "fan-pin",
+					 keys[i]);
+	if ((pwm || pin) && judge_part_has(part, "max-temperature") && judge_part_is_whole(part) &&
+	    raw->fan_above >= raw->out.heater.target_most)
+		judge_part_fault(part, "fan-above",
+				 "fan-above%s has to be below max-target, "
+				 "which is %g",
+				 judge_part_has(part, "fan-above") ? "" : " (default: 50)",
+				 raw->out.heater.target_most);
 	if (pin && !pwm && judge_part_has(part, "fan-speed"))
 		judge_part_fault(part, "fan-speed", "fan-speed has no effect with fan-pin");
 }
@@ -104,16 +116,15 @@ static void judge_other_keys(struct judged_part part, const struct config_raw_he
 
 	for (size_t i = 0; i < COUNT(pid); i++)
 		if (raw->law == HEATER_BANG_BANG && judge_part_has(part, pid[i]))
-			judge_part_fault(part, pid[i],
-					 "%s has no effect with control = bang-bang", pid[i]);
+			judge_part_fault(part, pid[i], "%s has no effect with control = bang-bang",
+					 pid[i]);
 	if (raw->law == HEATER_PID && judge_part_has(part, "hysteresis"))
-		judge_part_fault(part, "hysteresis",
-				 "hysteresis has no effect with control = pid");
+		judge_part_fault(part, "hysteresis", "hysteresis has no effect with control = pid");
 	if (raw->pwm >= 0 && judge_part_has(part, "min-switch-s"))
-		judge_part_fault(part, "min-switch-s",
-				 "min-switch-s has no effect with pwm");
+		judge_part_fault(part, "min-switch-s", "min-switch-s has no effect with pwm");
 	if (raw->pwm < 0 && raw->least_s * PARTS > raw->window_s)
-		judge_part_fault(part, "min-switch-s", "min-switch-s = %g must not be "
+		judge_part_fault(part, "min-switch-s",
+				 "min-switch-s = %g must not be "
 				 "longer than a third of watch-window-s, which is %g",
 				 raw->least_s, raw->window_s);
 }
@@ -157,8 +168,7 @@ void judge_heaters(struct config_file *file)
 			continue;
 		raw->number = heaters[raw->of]++;
 		if (raw->number == POKEYS_HEATERS)
-			judge_part_fault(part, "device",
-					 "[device %s] has more than %d heaters",
+			judge_part_fault(part, "device", "[device %s] has more than %d heaters",
 					 file->device[raw->of].name, POKEYS_HEATERS);
 	}
 }
@@ -175,7 +185,8 @@ static void judge_covered(const struct judged *j, uint32_t heater)
 		return;
 	judge_part_fault(judge_heater_part(j->file, heater), "without-failsafe",
 			 "%s: the heater would stay on if this computer fails; without-failsafe = "
-			 "yes accepts that", why);
+			 "yes accepts that",
+			 why);
 }
 
 /* How old a reading is at most, in good order, ms; twice, for one may be lost. */
@@ -193,11 +204,12 @@ static void judge_pwm(struct judged_part part, const char *key, const char *inst
 {
 	const struct pokeys_settings *settings = &j->raw->settings;
 
-	judge_part_pwm(part, key, j, HEATING_PERIOD_LEAST, HEATING_PERIOD_MOST,
-		       "2500000 is 10 Hz");
+	judge_part_pwm(part, key, j, HEATING_PERIOD_LEAST, HEATING_PERIOD_MOST, "2500000 is 10 Hz");
 	if (settings->set & POKEYS_SET_SYNC_PWM && settings->sync_pwm_enable)
-		judge_part_fault(part, key, "%s and synced-pwm of its device exclude each other; "
-				 "use %s", key, instead);
+		judge_part_fault(part, key,
+				 "%s and synced-pwm of its device exclude each other; "
+				 "use %s",
+				 key, instead);
 }
 
 /* Refuse settings of the device with which the heater could not heat, or not be watched. */
@@ -208,14 +220,17 @@ static void judge_device_of(const struct judged *j, uint32_t heater)
 	const struct pokeys_settings *settings = &j->raw->settings;
 
 	if (raw->sensor_pin && reading_ms(j, heater) > raw->stale_ms)
-		judge_part_fault(part, "max-age-ms", "max-age-ms = %g has to be at "
+		judge_part_fault(part, "max-age-ms",
+				 "max-age-ms = %g has to be at "
 				 "least two readings of its device, which are %g ms (%s)",
 				 raw->stale_ms, reading_ms(j, heater),
-				 raw->sensor_pin < WIRE_IO_ANALOG_FIRST_PIN ? "analog-hz" :
-				 "period-us, fast-divider");
+				 raw->sensor_pin < WIRE_IO_ANALOG_FIRST_PIN ?
+					 "analog-hz" :
+					 "period-us, fast-divider");
 	if (settings->set & POKEYS_SET_ANALOG_FILTER &&
 	    settings->analog_filter > HEATING_FILTER_MOST)
-		judge_part_fault(part, "sensor-pin", "analog-filter of its device is "
+		judge_part_fault(part, "sensor-pin",
+				 "analog-filter of its device is "
 				 "above %d: it would hide what the sensor reads",
 				 HEATING_FILTER_MOST);
 	if (raw->pwm >= 0)
@@ -238,8 +253,8 @@ static void note_fan(const struct judged *j, uint32_t heater)
 		return;
 	config_note(j->file, config_line_of(part.lines, key, 0),
 		    "[heater %s]: %s: the fan stops when the device receives nothing, for example "
-		    "after the daemon ends; to keep it on, set %s", part.name, key,
-		    pwm ? "failsafe-pwm" : "failsafe-on");
+		    "after the daemon ends; to keep it on, set %s",
+		    part.name, key, pwm ? "failsafe-pwm" : "failsafe-on");
 }
 
 /* Each heater says what it needs, or none does. */
@@ -251,11 +266,14 @@ static void judge_watts(const struct judged *j, uint32_t heater)
 	if (judge_part_is_faulty(part, "rated-power-w"))
 		return;
 	if (j->raw->heater_watts > 0 && watts <= 0)
-		judge_part_fault(part, "rated-power-w", "rated-power-w is not given; "
+		judge_part_fault(part, "rated-power-w",
+				 "rated-power-w is not given; "
 				 "max-heater-power-w of its device needs it");
 	if (j->raw->heater_watts <= 0 && watts > 0)
-		judge_part_fault(part, "rated-power-w", "rated-power-w has no effect without "
-				 "max-heater-power-w in [device %s]", j->raw->name);
+		judge_part_fault(part, "rated-power-w",
+				 "rated-power-w has no effect without "
+				 "max-heater-power-w in [device %s]",
+				 j->raw->name);
 }
 
 /* What cannot be limited has to be less than there is, and something has to be left. */
@@ -282,12 +300,15 @@ static void judge_supply(const struct judged *j)
 	if (watts <= 0)
 		return;
 	if (!heaters)
-		judge_fault(j, "max-heater-power-w", 0, "max-heater-power-w has no effect without "
+		judge_fault(j, "max-heater-power-w", 0,
+			    "max-heater-power-w has no effect without "
 			    "a [heater NAME]");
 	if (switches && (watts < switched || (shared && watts <= switched)))
-		judge_fault(j, "max-heater-power-w", 0, "max-heater-power-w = %g is too low: it "
+		judge_fault(j, "max-heater-power-w", 0,
+			    "max-heater-power-w = %g is too low: it "
 			    "has to be %s %g, the power of the heaters with output-pin, which "
-			    "cannot be limited", watts, shared ? "above" : "at least", switched);
+			    "cannot be limited",
+			    watts, shared ? "above" : "at least", switched);
 	if (j->file->here && shared && all > watts &&
 	    j->raw->settings.pwm_period > SUPPLY_PERIOD_MOST)
 		config_note(j->file, config_line_of(j->lines, "max-heater-power-w", 0),

@@ -72,13 +72,14 @@ uint32_t judge_part_device(struct judged_part part, const char *name)
 	if (*name)
 		judge_part_fault(part, "device", "device: there is no [device %s]", name);
 	else if (file->devices)
-		judge_part_fault(part, "device", "device is not given; it is needed if there are "
+		judge_part_fault(part, "device",
+				 "device is not given; it is needed if there are "
 				 "several devices");
 	return JUDGE_NOBODY;
 }
 
-bool judge_part_covered(const struct judged *j, bool pwm, unsigned int output,
-			unsigned int most, char why[JUDGE_WHY_MAX])
+bool judge_part_covered(const struct judged *j, bool pwm, unsigned int output, unsigned int most,
+			char why[JUDGE_WHY_MAX])
 {
 	const struct pokeys_settings *settings = &j->raw->settings;
 	const uint8_t kind = pwm ? WIRE_FAILSAFE_PWM : WIRE_FAILSAFE_DIGITAL;
@@ -93,8 +94,8 @@ bool judge_part_covered(const struct judged *j, bool pwm, unsigned int output,
 		wrong = "failsafe-pwm of its device keeps this output on";
 	else if (!pwm && settings->failsafe_outputs[output / 8] >> output % 8 & 1)
 		wrong = config_is_set(j->lines, "failsafe-on", 0) ?
-			"failsafe-on of its device keeps this output on" :
-			"safe-on of its device keeps this output on";
+				"failsafe-on of its device keeps this output on" :
+				"safe-on of its device keeps this output on";
 	if (wrong)
 		snprintf(why, JUDGE_WHY_MAX, "%s", wrong);
 	else if (settings->failsafe_timeout > most)
@@ -109,11 +110,13 @@ void judge_part_pwm(struct judged_part part, const char *key, const struct judge
 	const struct pokeys_settings *settings = &j->raw->settings;
 
 	if (!(settings->set & POKEYS_SET_PWM_PERIOD))
-		judge_part_fault(part, key, "%s needs pwm-period in [device %s], in ticks of "
-				 "25 MHz (%s)", key, j->raw->name, example);
+		judge_part_fault(part, key,
+				 "%s needs pwm-period in [device %s], in ticks of "
+				 "25 MHz (%s)",
+				 key, j->raw->name, example);
 	else if (settings->pwm_period < least || settings->pwm_period > most)
-		judge_part_fault(part, key, "pwm-period of its device has to be %u to %u",
-				 least, most);
+		judge_part_fault(part, key, "pwm-period of its device has to be %u to %u", least,
+				 most);
 }
 
 void judge_make_pin(struct pokeys_settings *settings, unsigned int pin, uint8_t function)

@@ -39,15 +39,24 @@ static void judge_given(struct judged_part part)
 /* Wires that an amplifier has or has not. */
 static void judge_wires(struct judged_part part, const struct config_raw_servo *raw)
 {
-	enum { SIGN = 1u << DRIVE_SIGN, ANTIPHASE = 1u << DRIVE_ANTIPHASE,
-	       TWO_PWM = 1u << DRIVE_TWO_PWM };
+	enum {
+		SIGN = 1u << DRIVE_SIGN,
+		ANTIPHASE = 1u << DRIVE_ANTIPHASE,
+		TWO_PWM = 1u << DRIVE_TWO_PWM
+	};
 	static const char *const drives[] = {
-		[DRIVE_SIGN] = "sign-magnitude", [DRIVE_ANTIPHASE] = "antiphase",
+		[DRIVE_SIGN] = "sign-magnitude",
+		[DRIVE_ANTIPHASE] = "antiphase",
 		[DRIVE_TWO_PWM] = "two-pwm",
 	};
-	static const struct { const char *key; unsigned int takes, needs; } keys[] = {
-		{ "direction-pin", SIGN, SIGN }, { "reverse-pwm", TWO_PWM, TWO_PWM },
-		{ "enable-pin", SIGN | ANTIPHASE | TWO_PWM, ANTIPHASE }, { "dwell-ms", SIGN, 0 },
+	static const struct {
+		const char *key;
+		unsigned int takes, needs;
+	} keys[] = {
+		{ "direction-pin", SIGN, SIGN },
+		{ "reverse-pwm", TWO_PWM, TWO_PWM },
+		{ "enable-pin", SIGN | ANTIPHASE | TWO_PWM, ANTIPHASE },
+		{ "dwell-ms", SIGN, 0 },
 	};
 	const unsigned int drive = 1u << raw->drive;
 
@@ -73,8 +82,8 @@ static void judge_wires(struct judged_part part, const struct config_raw_servo *
 static void judge_home(struct judged_part part, const struct config_raw_servo *raw)
 {
 	static const char *const keys[] = {
-		"home-pin", "home-invert", "home-latch-speed", "home-acceleration", "home-offset",
-		"home-position", "home-distance",
+		"home-pin",    "home-invert",   "home-latch-speed", "home-acceleration",
+		"home-offset", "home-position", "home-distance",
 	};
 	const bool low = raw->home_search < 0;
 	const int64_t near = low ? raw->limit_minus_pin : raw->limit_plus_pin;
@@ -84,28 +93,38 @@ static void judge_home(struct judged_part part, const struct config_raw_servo *r
 	if (raw->home_search == 0) {
 		for (size_t i = 0; i < COUNT(keys); i++)
 			if (judge_part_has(part, keys[i]))
-				judge_part_fault(part, keys[i], "%s has no effect without "
-						 "home-search-speed", keys[i]);
+				judge_part_fault(part, keys[i],
+						 "%s has no effect without "
+						 "home-search-speed",
+						 keys[i]);
 		return;
 	}
 	if (far && (raw->home_pin ? raw->home_pin : near) == far)
-		judge_part_fault(part, "home-search-speed", "home-search-speed: the home switch "
+		judge_part_fault(part, "home-search-speed",
+				 "home-search-speed: the home switch "
 				 "has the terminal of the limit switch at the other end (%d), so "
 				 "the axis would not stop there; give the home switch a terminal "
-				 "of its own", (int)far);
+				 "of its own",
+				 (int)far);
 	if (raw->home_pin && raw->home_pin == near)
-		judge_part_fault(part, "home-pin", "home-pin: terminal %d is that of %s; leave "
-				 "home-pin out", (int)raw->home_pin, limit);
+		judge_part_fault(part, "home-pin",
+				 "home-pin: terminal %d is that of %s; leave "
+				 "home-pin out",
+				 (int)raw->home_pin, limit);
 	if (raw->home_pin)
 		return;
 	if (judge_part_has(part, "home-invert"))
-		judge_part_fault(part, "home-invert", "home-invert has no effect without "
+		judge_part_fault(part, "home-invert",
+				 "home-invert has no effect without "
 				 "home-pin");
 	if (!near)
-		judge_part_fault(part, "home-search-speed", "home-search-speed needs a home "
-				 "switch: home-pin, or %s in the direction of the search", limit);
+		judge_part_fault(part, "home-search-speed",
+				 "home-search-speed needs a home "
+				 "switch: home-pin, or %s in the direction of the search",
+				 limit);
 	else if ((raw->home_offset - raw->home_position) * (low ? -1 : 1) < raw->follow_least)
-		judge_part_fault(part, "home-position", "home-position = %g is on the limit "
+		judge_part_fault(part, "home-position",
+				 "home-position = %g is on the limit "
 				 "switch, which closes at %g (home-offset) and stops the motor; it "
 				 "has to be %g or more off it (min-following-error)",
 				 raw->home_position, raw->home_offset, raw->follow_least);
@@ -146,8 +165,9 @@ static void judge_encoders(struct config_file *file, uint32_t servo)
 			judge_part_fault(part, "encoder",
 					 "encoder %d is already that of [servo %s] (%s)",
 					 (int)raw->encoder, file->servo[i].name,
-					 config_where(file, config_line_of(&file->servo_lines[i],
-									   "encoder", 0),
+					 config_where(file,
+						      config_line_of(&file->servo_lines[i],
+								     "encoder", 0),
 						      here, where));
 }
 
@@ -191,16 +211,18 @@ static void judge_covered(const struct judged *j, struct judged_part part,
 
 	if (config->without_failsafe || raw->pwm < 0)
 		return;
-	covered = enables && judge_part_covered(j, false, config->enable, SERVOING_FAILSAFE_MOST,
-						why);
+	covered = enables &&
+		  judge_part_covered(j, false, config->enable, SERVOING_FAILSAFE_MOST, why);
 	/* with antiphase a duty of 0 is full speed backwards; that it needs a wire is said above */
 	if (config->drive.kind != DRIVE_ANTIPHASE)
 		covered = covered || ends_pwm(j, config, enables ? why_pwm : why);
 	else if (!enables)
 		return;
 	if (!covered)
-		judge_part_fault(part, "without-failsafe", "%s: the motor would keep running if "
-				 "this computer fails; without-failsafe = yes accepts that", why);
+		judge_part_fault(part, "without-failsafe",
+				 "%s: the motor would keep running if "
+				 "this computer fails; without-failsafe = yes accepts that",
+				 why);
 }
 
 static bool is_switched_off(const struct pokeys_settings *settings, unsigned int encoder)
@@ -228,24 +250,28 @@ static void judge_device_of(const struct judged *j, struct judged_part part,
 				(double)j->raw->fast_divider / 1000;
 
 	if (twice_ms > raw->stale_ms)
-		judge_part_fault(part, "max-age-ms", "max-age-ms = %g has to be at least two "
+		judge_part_fault(part, "max-age-ms",
+				 "max-age-ms = %g has to be at least two "
 				 "readings of its device, which are %g ms (period-us, "
-				 "fast-divider)", raw->stale_ms, twice_ms);
+				 "fast-divider)",
+				 raw->stale_ms, twice_ms);
 	if (judge_part_has(part, "encoder") &&
 	    is_switched_off(&j->raw->settings, (unsigned int)raw->encoder))
 		judge_part_fault(part, "encoder", "encoder %d is switched off in [device %s]",
 				 (int)raw->encoder, j->raw->name);
-	if (judge_part_has(part, "encoder") &&
-	    is_reset_by_index(&j->raw->settings, raw->encoder))
-		judge_part_fault(part, "encoder", "encoder %d is set to 0 by its index input "
+	if (judge_part_has(part, "encoder") && is_reset_by_index(&j->raw->settings, raw->encoder))
+		judge_part_fault(part, "encoder",
+				 "encoder %d is set to 0 by its index input "
 				 "(fast-encoder-index of [device %s]): the axis would lose its "
-				 "position", (int)raw->encoder, j->raw->name);
+				 "position",
+				 (int)raw->encoder, j->raw->name);
 	if (raw->pwm < 0)
 		return;
 	judge_part_pwm(part, "pwm", j, SERVOING_PERIOD_LEAST, SERVOING_PERIOD_MOST,
 		       "1250 is 20 kHz");
 	if (j->raw->settings.set & POKEYS_SET_SYNC_PWM && j->raw->settings.sync_pwm_enable)
-		judge_part_fault(part, "pwm", "pwm and synced-pwm of its device exclude each "
+		judge_part_fault(part, "pwm",
+				 "pwm and synced-pwm of its device exclude each "
 				 "other");
 }
 
@@ -258,7 +284,9 @@ void judge_servos_of(const struct judged *j)
 		const struct judged_part part = judge_servo_part(j->file, i);
 		const int64_t outputs[] = { raw->direction_pin, raw->enable_pin };
 		const int64_t inputs[] = {
-			raw->limit_minus_pin, raw->limit_plus_pin, raw->home_pin,
+			raw->limit_minus_pin,
+			raw->limit_plus_pin,
+			raw->home_pin,
 		};
 
 		if (!judge_has_servo(j, i))

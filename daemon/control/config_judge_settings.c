@@ -36,11 +36,15 @@ static void judge_axis(const struct judged *j, uint32_t index)
 	bool on = axis->options & AXIS_SOFT_LIMITS;
 
 	if (on && (axis->set & both) != both)
-		judge_fault(j, "axis.#.soft-limits", index, "axis.%u.soft-limits = on needs "
-			    "axis.%u.soft-minimum and axis.%u.soft-maximum", index, index, index);
+		judge_fault(j, "axis.#.soft-limits", index,
+			    "axis.%u.soft-limits = on needs "
+			    "axis.%u.soft-minimum and axis.%u.soft-maximum",
+			    index, index, index);
 	else if (on && axis->soft_minimum >= axis->soft_maximum)
-		judge_fault(j, "axis.#.soft-maximum", index, "axis.%u.soft-maximum has to be above "
-			    "axis.%u.soft-minimum", index, index);
+		judge_fault(j, "axis.#.soft-maximum", index,
+			    "axis.%u.soft-maximum has to be above "
+			    "axis.%u.soft-minimum",
+			    index, index);
 	if ((axis->set & POKEYS_AXIS_SET_MAX_ACCELERATION) &&
 	    !(axis->set & POKEYS_AXIS_SET_MAX_DECELERATION)) {
 		axis->set |= POKEYS_AXIS_SET_MAX_DECELERATION;
@@ -69,7 +73,8 @@ static void judge_drive(const struct judged *j, uint32_t index)
 		if (settings->axis[index].set & rows[i].bit && !given)
 			judge_fault(j, rows[i].key, index,
 				    "axis.%u%s needs %s = on (or off, if that "
-				    "is meant)", index, rows[i].key + 6, rows[i].needs);
+				    "is meant)",
+				    index, rows[i].key + 6, rows[i].needs);
 	}
 }
 
@@ -113,14 +118,15 @@ static void judge_generator(const struct judged *j)
 	    (settings->generator & WIRE_GENERATOR_TYPE) != WIRE_GENERATOR_INTERNAL)
 		return;
 	if (settings->set & POKEYS_SET_AXES && settings->axes > WIRE_MODEL_INTERNAL_AXES)
-		judge_fault(j, "axes", 0, "axes = %u: generator = internal has %u",
-			    settings->axes, WIRE_MODEL_INTERNAL_AXES);
+		judge_fault(j, "axes", 0, "axes = %u: generator = internal has %u", settings->axes,
+			    WIRE_MODEL_INTERNAL_AXES);
 	for (uint32_t i = 0; i < WIRE_MODEL_INTERNAL_AXES; i++)
 		if (settings->axis[i].set & POKEYS_AXIS_SET_MAX_SPEED &&
 		    settings->axis[i].max_speed > INTERNAL_SPEED)
-			judge_fault(j, "axis.#.max-speed", i, "axis.%u.max-speed = %g is above the "
-				    "%u pulses/s of generator = internal", i,
-				    (double)settings->axis[i].max_speed, INTERNAL_SPEED);
+			judge_fault(j, "axis.#.max-speed", i,
+				    "axis.%u.max-speed = %g is above the "
+				    "%u pulses/s of generator = internal",
+				    i, (double)settings->axis[i].max_speed, INTERNAL_SPEED);
 }
 
 /* They follow the slots of the motion buffer, which only an axis in that mode has. */
@@ -145,7 +151,8 @@ static void judge_synced(const struct judged *j)
 		if (pin > POKEYS_PINS && pin < EXTERNAL_FIRST)
 			judge_fault(j, "synced-outputs-pins", 0,
 				    "synced-outputs-pins: %u is neither a "
-				    "terminal (1-55) nor an external output (92-99)", pin);
+				    "terminal (1-55) nor an external output (92-99)",
+				    pin);
 	}
 }
 
@@ -153,7 +160,7 @@ static void judge_synced(const struct judged *j)
 static void judge_threading(const struct judged *j)
 {
 	static const char *const keys[] = {
-		"threading-mode", "threading-rpm", "threading-speed-gain",
+		"threading-mode",          "threading-rpm",   "threading-speed-gain",
 		"threading-position-gain", "threading-ticks",
 	};
 	const struct pokeys_settings *settings = &j->raw->settings;
@@ -187,8 +194,8 @@ static void judge_axis_count(const struct judged *j)
 				continue;
 			judge_fault(j, key->name, n,
 				    "axis.%u%s: there is no axis %u with axes = %u "
-				    "(they are numbered from 0)", n, key->name + 6, n,
-				    settings->axes);
+				    "(they are numbered from 0)",
+				    n, key->name + 6, n, settings->axes);
 		}
 	}
 }
@@ -200,7 +207,8 @@ static void judge_failsafe(const struct judged *j)
 
 	if (!j->raw->failsafe) {
 		if (settings->set & POKEYS_SET_FAILSAFE)
-			judge_fault(j, "failsafe", 0, "failsafe = off leaves the device's own; the "
+			judge_fault(j, "failsafe", 0,
+				    "failsafe = off leaves the device's own; the "
 				    "failsafe keys need it on (failsafe-timeout-ms = off switches "
 				    "the device's off)");
 		return;
@@ -215,11 +223,12 @@ static void judge_matrix(const struct judged *j)
 {
 	struct pokeys_settings *settings = &j->raw->settings;
 
-	if (!(settings->set & POKEYS_SET_MATRIX) || (settings->matrix_rows &&
-						     settings->matrix_columns))
+	if (!(settings->set & POKEYS_SET_MATRIX) ||
+	    (settings->matrix_rows && settings->matrix_columns))
 		return;
 	if (settings->matrix_enable || settings->matrix_rows || settings->matrix_columns) {
-		judge_fault(j, "matrix-keyboard", 0, "matrix-keyboard = on, matrix-rows and "
+		judge_fault(j, "matrix-keyboard", 0,
+			    "matrix-keyboard = on, matrix-rows and "
 			    "matrix-columns need each other");
 		return;
 	}

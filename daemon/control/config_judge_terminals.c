@@ -74,8 +74,10 @@ static void judge_inverted(const struct judged *j, const struct terminal_daemon 
 	pin = shared_pin(pins_with(j, WIRE_PIN_INVERT), ~digital);
 
 	if (pin)
-		judge_fault(j, "inverted-pins", 0, "inverted-pins: pin %d is neither in "
-			    "digital-inputs nor in digital-outputs", pin);
+		judge_fault(j, "inverted-pins", 0,
+			    "inverted-pins: pin %d is neither in "
+			    "digital-inputs nor in digital-outputs",
+			    pin);
 }
 
 /* The line, the section and the key of an owner in the file. */
@@ -145,8 +147,8 @@ static void judge_shared(const struct judged *j, const struct terminal_conflict 
 	elsewhere = strcmp(first->section, later->section) != 0;
 	config_fault(j->file, later->line,
 		     "%s: %s: %s %s used by %s%s%s (%s) as well, and can only be used by one "
-		     "of them; remove the other", later->section, later->key,
-		     terminal_list(conflict->terminals, list),
+		     "of them; remove the other",
+		     later->section, later->key, terminal_list(conflict->terminals, list),
 		     is_one(conflict->terminals) ? "is" : "are", elsewhere ? first->section : "",
 		     elsewhere ? " " : "", first->key,
 		     config_where(j->file, first->line, later->line, where));
@@ -196,7 +198,8 @@ static void take_servos(const struct judged *j, struct terminal_daemon *daemon)
 void judge_terminals(const struct judged *j)
 {
 	struct terminal_daemon daemon = {
-		.safe_on = j->raw->safe_on, .safe_hold = j->raw->safe_hold,
+		.safe_on = j->raw->safe_on,
+		.safe_hold = j->raw->safe_hold,
 		.resume = resumed_by_name(j),
 	};
 	struct terminal_conflict conflict[TERMINAL_CONFLICTS_MAX];

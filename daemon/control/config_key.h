@@ -16,28 +16,28 @@ enum config_section { CONFIG_DAEMON, CONFIG_DEVICE, CONFIG_HEATER, CONFIG_SERVO,
 
 /* What a value is, and where it goes: the C type of the field follows from it. */
 enum config_type {
-	CONFIG_INTEGER,		/* int64_t: words, or minimum..maximum */
-	CONFIG_REAL,		/* double: words, or minimum..maximum */
-	CONFIG_TEXT,		/* char[size], no blanks */
-	CONFIG_FILE,		/* char[size], an absolute path */
-	CONFIG_ADDRESS,		/* uint32_t, IPv4, host byte order */
-	CONFIG_ADDRESS_LIST,	/* struct config_list */
-	CONFIG_PIN_LIST,	/* uint64_t, bit = pin - 1; minimum..maximum, or words: those of
-				 * one bit in a list, others alone */
-	CONFIG_POINTS,		/* struct config_points */
-	CONFIG_SETTING,		/* struct pokeys_settings, as `setting` says */
+	CONFIG_INTEGER,      /* int64_t: words, or minimum..maximum */
+	CONFIG_REAL,         /* double: words, or minimum..maximum */
+	CONFIG_TEXT,         /* char[size], no blanks */
+	CONFIG_FILE,         /* char[size], an absolute path */
+	CONFIG_ADDRESS,      /* uint32_t, IPv4, host byte order */
+	CONFIG_ADDRESS_LIST, /* struct config_list */
+	CONFIG_PIN_LIST,     /* uint64_t, bit = pin - 1; minimum..maximum, or words: those of
+			      * one bit in a list, others alone */
+	CONFIG_POINTS,       /* struct config_points */
+	CONFIG_SETTING,      /* struct pokeys_settings, as `setting` says */
 };
 
 struct config_key {
 	enum config_section section;
-	const char *name;		/* '#' stands for an index */
+	const char *name; /* '#' stands for an index */
 	enum config_type type;
-	size_t offset, size;		/* of the field in its raw section */
-	uint32_t count, stride;		/* indices 0..count-1 (0 = no index), bytes between them */
-	double minimum, maximum;	/* maximum < minimum: words only */
-	const struct settings_word *words;	/* ends with a NULL name; may be NULL */
-	const char *fallback;		/* default, as a user would write it; NULL = none */
-	const char *unit;		/* NULL = none */
+	size_t offset, size;     /* of the field in its raw section */
+	uint32_t count, stride;  /* indices 0..count-1 (0 = no index), bytes between them */
+	double minimum, maximum; /* maximum < minimum: words only */
+	const struct settings_word *words; /* ends with a NULL name; may be NULL */
+	const char *fallback;              /* default, as a user would write it; NULL = none */
+	const char *unit;                  /* NULL = none */
 	const char *help;
 	const struct settings_key *setting;
 };
@@ -49,8 +49,8 @@ struct config_key {
 
 enum {
 	CONFIG_KEYS_MAX = 256,
-	CONFIG_INDICES = 25,		/* the largest count in the table */
-	CONFIG_HEATERS = 16,		/* of all devices */
+	CONFIG_INDICES = 25, /* the largest count in the table */
+	CONFIG_HEATERS = 16, /* of all devices */
 	CONFIG_SERVOS = 16,
 };
 
@@ -71,8 +71,13 @@ struct config_points {
 
 /* [heater] sensor */
 enum config_sensor {
-	CONFIG_THERMISTOR, CONFIG_STEINHART, CONFIG_PT100, CONFIG_PT1000, CONFIG_LINEAR,
-	CONFIG_SENSOR_TABLE, CONFIG_SENSORS
+	CONFIG_THERMISTOR,
+	CONFIG_STEINHART,
+	CONFIG_PT100,
+	CONFIG_PT1000,
+	CONFIG_LINEAR,
+	CONFIG_SENSOR_TABLE,
+	CONFIG_SENSORS
 };
 
 struct config_raw_daemon {
@@ -101,15 +106,15 @@ struct config_raw_device {
 	int64_t retries, window, retry_budget, send_budget;
 	uint64_t safe_on, safe_hold, resume;
 	int64_t failsafe, on_emergency;
-	double heater_watts;		/* 0: not given */
-	double corner_deviation;	/* units */
+	double heater_watts;     /* 0: not given */
+	double corner_deviation; /* units */
 	struct {
-		char name[POKEYS_AXIS_NAME];	/* empty: not given */
-		double per_unit;		/* 0: not given */
+		char name[POKEYS_AXIS_NAME]; /* empty: not given */
+		double per_unit;             /* 0: not given */
 		int64_t lead;
 	} axis[POKEYS_AXES];
 	char password_file[256];
-	char password[33];		/* its content, once it was judged */
+	char password[33]; /* its content, once it was judged */
 	struct pokeys_settings settings;
 };
 
@@ -118,20 +123,20 @@ struct config_raw_heater {
 	int64_t sensor_pin, sensor;
 	double ohm, ohm_at, beta, pull_up, reference, volts_at_0, volts_per_kelvin;
 	struct config_points points;
-	int64_t pwm, output_pin;	/* -1, 0: not given */
+	int64_t pwm, output_pin; /* -1, 0: not given */
 	double least_s;
-	double watts;			/* 0: not given */
-	int64_t fan_pwm, fan_pin;	/* -1, 0: not given */
+	double watts;             /* 0: not given */
+	int64_t fan_pwm, fan_pin; /* -1, 0: not given */
 	double fan_above, fan_hysteresis, fan_speed;
 	int64_t law;
 	double p, i, d, smooth_s, hysteresis;
-	double least, most, target_most;	/* target_most: or CONFIG_TARGET_AUTO */
+	double least, most, target_most; /* target_most: or CONFIG_TARGET_AUTO */
 	double power_most, rate_most, stale_ms, window_s, rise, slack, within;
-	double hold_s;				/* -1: for ever */
+	double hold_s; /* -1: for ever */
 	int64_t stops_machine;
 	int64_t without_failsafe;
 	/* once they were judged */
-	uint32_t of, number;			/* device, and which one of its heaters */
+	uint32_t of, number; /* device, and which one of its heaters */
 	struct heating_config out;
 };
 
@@ -145,21 +150,21 @@ struct config_raw_servo {
 	double dwell_ms;
 	int64_t limit_minus_pin, limit_plus_pin, limit_minus_invert, limit_plus_invert;
 	int64_t home_pin, home_invert;
-	double home_search, home_latch;		/* home_latch: or CONFIG_SERVO_AUTO */
-	double home_acceleration, home_distance;	/* or CONFIG_SERVO_AUTO */
+	double home_search, home_latch;          /* home_latch: or CONFIG_SERVO_AUTO */
+	double home_acceleration, home_distance; /* or CONFIG_SERVO_AUTO */
 	double home_offset, home_position;
-	double least, most;			/* -+CONFIG_UNLIMITED */
-	double speed_most, speed_jump;		/* speed_jump: or CONFIG_SERVO_AUTO */
-	double acceleration_most;		/* or CONFIG_SERVO_AUTO */
+	double least, most;            /* -+CONFIG_UNLIMITED */
+	double speed_most, speed_jump; /* speed_jump: or CONFIG_SERVO_AUTO */
+	double acceleration_most;      /* or CONFIG_SERVO_AUTO */
 	double p, i, d, velocity, acceleration;
-	double deadband, integral_most;		/* integral_most: or CONFIG_SERVO_AUTO */
+	double deadband, integral_most; /* integral_most: or CONFIG_SERVO_AUTO */
 	double output_most, smooth_s;
 	double follow_least, follow_most;
-	double stall_output, stall_move, stall_s;	/* stall_output: or CONFIG_SERVO_AUTO */
+	double stall_output, stall_move, stall_s; /* stall_output: or CONFIG_SERVO_AUTO */
 	double silent_output, silent_s, runaway_output, runaway_move, stale_ms;
 	int64_t without_failsafe;
 	/* once they were judged */
-	uint32_t of, number;			/* device, and which one of its servo motors */
+	uint32_t of, number; /* device, and which one of its servo motors */
 	struct servoing_config out;
 };
 
@@ -171,7 +176,7 @@ struct config_raw_servo {
  * line (from 1) and, in the upper bits, the number of the text.
  */
 struct config_text {
-	const char *name;		/* its path */
+	const char *name; /* its path */
 	const char *text;
 	size_t length;
 };
@@ -180,19 +185,19 @@ enum { CONFIG_LINE_BITS = 24 };
 
 /* The place of each key of a section; 0 = the key is not set. */
 struct config_lines {
-	uint32_t section, last;		/* first and last header */
+	uint32_t section, last; /* first and last header */
 	uint32_t key[CONFIG_KEYS_MAX][CONFIG_INDICES];
-	bool faulty[CONFIG_KEYS_MAX];	/* what stands there was refused */
+	bool faulty[CONFIG_KEYS_MAX]; /* what stands there was refused */
 };
 
 /* A file while it is read. */
 struct config_file {
-	const struct config_text *text;		/* at most CONFIG_FILES of them */
+	const struct config_text *text; /* at most CONFIG_FILES of them */
 	config_complain complain;
 	void *context;
 	int faults;
-	bool public;			/* password files are left alone */
-	bool here;			/* it is for this machine: its groups, interfaces, cores */
+	bool public; /* password files are left alone */
+	bool here;   /* it is for this machine: its groups, interfaces, cores */
 	struct config_raw_daemon daemon;
 	struct config_raw_device device[TRANSPORT_CHANNELS];
 	uint32_t devices;
@@ -226,8 +231,8 @@ const char *config_store(const struct config_key *key, uint32_t index, const cha
 size_t config_allowed(const struct config_key *key, char *text, size_t size);
 
 /* The key that a name means, with its index; NULL and *why if none. */
-const struct config_key *config_find(enum config_section section, const char *name,
-				     uint32_t *index, char *why, size_t size);
+const struct config_key *config_find(enum config_section section, const char *name, uint32_t *index,
+				     char *why, size_t size);
 
 /* "line 3", or "NAME:3" if it is another file than that of `from`. */
 enum { CONFIG_WHERE = 300 };

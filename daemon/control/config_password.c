@@ -73,8 +73,11 @@ const char *config_read_password(const char *path, char out[33])
 
 	memset(out, 0, 33);
 	if (fd < 0)
-		return errno == ENOENT ? "is not there" : errno == ELOOP ? "is a link, not a file" :
-		       "cannot be opened by this user; make it the daemon's (chown pokeys)";
+		return errno == ENOENT ?
+			       "is not there" :
+		       errno == ELOOP ?
+			       "is a link, not a file" :
+			       "cannot be opened by this user; make it the daemon's (chown pokeys)";
 	wrong = fstat(fd, &status) ? "cannot be read" : judge_file(&status);
 	if (!wrong)
 		wrong = take_line(text, read(fd, text, sizeof(text)), out);

@@ -70,14 +70,18 @@ static const char *own_name(void)
 static void put_why(struct config_file *file, ssize_t result)
 {
 	if (result == -ENOENT)
-		config_fault(file, 0, "there is no such file; pokeysd.conf(5) says what to write "
+		config_fault(file, 0,
+			     "there is no such file; pokeysd.conf(5) says what to write "
 			     "into it");
 	else if (result == -EPROTO)
-		config_fault(file, 0, "is not a file; the daemon reads it again at every "
+		config_fault(file, 0,
+			     "is not a file; the daemon reads it again at every "
 			     "reload, so it must be a regular file");
 	else if (result == -EACCES)
-		config_fault(file, 0, "may not be read by user %s, or that user may not enter "
-			     "a folder above it", own_name());
+		config_fault(file, 0,
+			     "may not be read by user %s, or that user may not enter "
+			     "a folder above it",
+			     own_name());
 	else if (result == -E2BIG)
 		config_fault(file, 0, "has too many files, at most %d are allowed",
 			     CONFIG_FILES - 1);
@@ -91,7 +95,7 @@ static void put_why(struct config_file *file, ssize_t result)
 static int say_why(const struct config_text *text, ssize_t result, config_complain complain,
 		   void *context)
 {
-	struct config_file *file = calloc(1, sizeof(*file));	/* megabytes: not on the stack */
+	struct config_file *file = calloc(1, sizeof(*file)); /* megabytes: not on the stack */
 
 	if (!file) {
 		complain(context, "the configuration was not read: out of memory");
@@ -169,8 +173,7 @@ static int read_file(const char *path, struct config_text *text, config_complain
 	return 0;
 }
 
-static int read_folder_failed(const char *path, int result, config_complain complain,
-			      void *context)
+static int read_folder_failed(const char *path, int result, config_complain complain, void *context)
 {
 	char folder[CONFIG_WHERE];
 	const struct config_text name = { .name = folder };

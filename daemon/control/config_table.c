@@ -71,7 +71,8 @@ static const struct config_key own[] = {
 	    .help = "How long a cycle waits for its fast replies before it publishes what it has."),
 	KEY(DAEMON(phase_lock), "phase-lock", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "no", LOOP_PHASE_NO }, { "auto", LOOP_PHASE_AUTO },
-			   { "yes", LOOP_PHASE_YES }), .fallback = "auto",
+			   { "yes", LOOP_PHASE_YES }),
+	    .fallback = "auto",
 	    .help = "Align the cycle so that fresh data is published just before each read of "
 		    "LinuxCNC's servo thread. auto does so if that thread's period is a multiple "
 		    "or a part of period-us, within 1 %. yes does the same and writes a warning if "
@@ -81,8 +82,7 @@ static const struct config_key own[] = {
 	    .help = "Largest part of each period for which a spinning loop runs: 0.1 to 0.9, or 1 "
 		    "if realtime throttling is off (kernel.sched_rt_runtime_us = -1)."),
 	KEY(DAEMON(cpu), "cpu", CONFIG_INTEGER, RANGE(0, 1023), .words = WORDS({ "any", -1 }),
-	    .fallback = "any",
-	    .help = "Core that the realtime thread is pinned to."),
+	    .fallback = "any", .help = "Core that the realtime thread is pinned to."),
 	KEY(DAEMON(priority), "priority", CONFIG_INTEGER, RANGE(1, 98), .fallback = "80",
 	    .help = "SCHED_FIFO priority of the realtime thread. LinuxCNC's servo thread has 98."),
 	KEY(DAEMON(realtime), "realtime", CONFIG_INTEGER, WORDS_ONLY,
@@ -101,9 +101,8 @@ static const struct config_key own[] = {
 	KEY(DAEMON(metrics_file), "metrics-file", CONFIG_FILE,
 	    .help = "File to which counters are written in Prometheus' text format. If not set, no "
 		    "file is written."),
-	KEY(DAEMON(metrics_interval_ms), "metrics-interval-ms", CONFIG_INTEGER,
-	    RANGE(100, 3600000), .fallback = "10000", .unit = "ms",
-	    .help = "How often the metrics file is rewritten."),
+	KEY(DAEMON(metrics_interval_ms), "metrics-interval-ms", CONFIG_INTEGER, RANGE(100, 3600000),
+	    .fallback = "10000", .unit = "ms", .help = "How often the metrics file is rewritten."),
 	KEY(DAEMON(recorder_seconds), "recorder-seconds", CONFIG_INTEGER, RANGE(0, 60),
 	    .fallback = "5", .unit = "s",
 	    .help = "For how long the latest packets and events are kept in memory for pokeysctl "
@@ -116,8 +115,7 @@ static const struct config_key own[] = {
 		    "for Wireshark. If not set, the folder that systemd provides is used, "
 		    "/var/log/pokeysd; a daemon that is started by hand then writes no files. "
 		    "Members of monitor-group may read the files if the folder lets them."),
-	KEY(DAEMON(record_files), "record-files", CONFIG_INTEGER, RANGE(0, 1000),
-	    .fallback = "20",
+	KEY(DAEMON(record_files), "record-files", CONFIG_INTEGER, RANGE(0, 1000), .fallback = "20",
 	    .help = "How many such files are kept; the oldest are removed. 0 writes none."),
 	KEY(DAEMON(record_interval_s), "record-interval-s", CONFIG_INTEGER, RANGE(1, 86400),
 	    .fallback = "60", .unit = "s",
@@ -127,8 +125,7 @@ static const struct config_key own[] = {
 	    .words = WORDS({ "error", EVENT_ERROR }, { "warning", EVENT_WARNING },
 			   { "notice", EVENT_NOTICE }, { "info", EVENT_INFO },
 			   { "debug", EVENT_DEBUG }),
-	    .fallback = "info",
-	    .help = "Least important message that is written."),
+	    .fallback = "info", .help = "Least important message that is written."),
 
 	KEY(DEVICE(address), "address", CONFIG_ADDRESS,
 	    .help = "Address of the device. If not set, the daemon searches for the device by its "
@@ -146,16 +143,15 @@ static const struct config_key own[] = {
 	KEY(DEVICE(stale_after_ms), "stale-after-ms", CONFIG_REAL, RANGE(0.5, 60000),
 	    .fallback = "8", .unit = "ms",
 	    .help = "Inputs and positions older than this are flagged stale."),
-	KEY(DEVICE(lost_after_ms), "lost-after-ms", CONFIG_REAL, RANGE(5, 60000),
-	    .fallback = "200", .unit = "ms",
+	KEY(DEVICE(lost_after_ms), "lost-after-ms", CONFIG_REAL, RANGE(5, 60000), .fallback = "200",
+	    .unit = "ms",
 	    .help = "If there is no valid reply for longer, the device is lost and the daemon "
 		    "searches for it again."),
 	KEY(DEVICE(fast_divider), "fast-divider", CONFIG_INTEGER, RANGE(1, 100), .fallback = "1",
 	    .unit = "cycles",
 	    .help = "Inputs and positions of the device are read in every n-th cycle. For a device "
 		    "that cannot answer as fast as the loop runs."),
-	KEY(DEVICE(slow_hz), "slow-hz", CONFIG_REAL, RANGE(0.1, 100), .fallback = "5",
-	    .unit = "Hz",
+	KEY(DEVICE(slow_hz), "slow-hz", CONFIG_REAL, RANGE(0.1, 100), .fallback = "5", .unit = "Hz",
 	    .help = "How often slow data is read: load, clock, counters, PWM."),
 	KEY(DEVICE(slow_together), "slow", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "spread", 0 }, { "together", 1 }), .fallback = "spread",
@@ -176,8 +172,7 @@ static const struct config_key own[] = {
 		    "Between this and deadline-ceiling-ms, the deadline follows the measured round "
 		    "trip."),
 	KEY(DEVICE(deadline_ceiling_ms), "deadline-ceiling-ms", CONFIG_REAL, RANGE(0.05, 5000),
-	    .fallback = "50", .unit = "ms",
-	    .help = "Longest deadline of a request."),
+	    .fallback = "50", .unit = "ms", .help = "Longest deadline of a request."),
 	KEY(DEVICE(deadline_initial_ms), "deadline-initial-ms", CONFIG_REAL, RANGE(0.05, 5000),
 	    .fallback = "10", .unit = "ms",
 	    .help = "Deadline of a request before the first round trip has been measured."),
@@ -275,10 +270,15 @@ static void adopt(const struct settings_key *from, struct config_key *to)
 	bool scalar = from->type == SETTINGS_NUMBER || from->type == SETTINGS_REAL;
 
 	*to = (struct config_key){
-		.section = DEVICE(settings), .name = from->name, .type = CONFIG_SETTING,
+		.section = DEVICE(settings),
+		.name = from->name,
+		.type = CONFIG_SETTING,
 		.setting = from,
-		.count = from->count, .fallback = scalar ? "leave" : NULL, .unit = from->unit,
-		.help = from->help, RANGE(1, 0),
+		.count = from->count,
+		.fallback = scalar ? "leave" : NULL,
+		.unit = from->unit,
+		.help = from->help,
+		RANGE(1, 0),
 	};
 }
 

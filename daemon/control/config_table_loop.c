@@ -46,8 +46,7 @@ const struct config_key config_loop_keys[] = {
 	    .fallback = "0.01", .unit = "V/K",
 	    .help = "By how much that voltage changes with each kelvin."),
 	KEY(HEATER(pwm), "pwm", CONFIG_INTEGER, RANGE(0, POKEYS_PWM - 1),
-	    .unit = "(terminals 22 to 17)",
-	    .words = WORDS({ "none", -1 }), .fallback = "none",
+	    .unit = "(terminals 22 to 17)", .words = WORDS({ "none", -1 }), .fallback = "none",
 	    .help = "PWM output that drives the heater; 0 to 5 are pwm.00 to pwm.05 in HAL. The "
 		    "device needs pwm-period, which applies to all its PWM outputs."),
 	KEY(HEATER(output_pin), "output-pin", CONFIG_INTEGER, RANGE(1, POKEYS_PINS),
@@ -64,8 +63,7 @@ const struct config_key config_loop_keys[] = {
 	    .help = "Electrical power of the heater when its output is fully on. It is needed if "
 		    "its device has max-heater-power-w."),
 	KEY(HEATER(fan_pwm), "fan-pwm", CONFIG_INTEGER, RANGE(0, POKEYS_PWM - 1),
-	    .unit = "(terminals 22 to 17)",
-	    .words = WORDS({ "none", -1 }), .fallback = "none",
+	    .unit = "(terminals 22 to 17)", .words = WORDS({ "none", -1 }), .fallback = "none",
 	    .help = "PWM output of a fan that cools the heater's surroundings, such as the cold "
 		    "end of a hot end. The fan runs while the heater is hotter than fan-above, "
 		    "also while it is off or has a fault, and while its temperature is not "
@@ -76,9 +74,8 @@ const struct config_key config_loop_keys[] = {
 		    "a digital output."),
 	KEY(HEATER(fan_above), "fan-above", CONFIG_REAL, RANGE(0, 2000), .fallback = "50",
 	    .unit = "C", .help = "Temperature of the heater above which its fan runs."),
-	KEY(HEATER(fan_hysteresis), "fan-hysteresis", CONFIG_REAL, RANGE(0.1, 100),
-	    .fallback = "5", .unit = "K",
-	    .help = "The fan stops when the heater is colder than fan-above by this."),
+	KEY(HEATER(fan_hysteresis), "fan-hysteresis", CONFIG_REAL, RANGE(0.1, 100), .fallback = "5",
+	    .unit = "K", .help = "The fan stops when the heater is colder than fan-above by this."),
 	KEY(HEATER(fan_speed), "fan-speed", CONFIG_REAL, RANGE(0.01, 1), .fallback = "1",
 	    .help = "Duty of fan-pwm while the fan runs; 1 is full speed."),
 	KEY(HEATER(law), "control", CONFIG_INTEGER, WORDS_ONLY,
@@ -166,13 +163,11 @@ const struct config_key config_loop_keys[] = {
 		    "antiphase: pwm, whose duty of 50 % is standstill, and enable-pin. two-pwm: "
 		    "pwm for one direction and reverse-pwm for the other."),
 	KEY(SERVO(pwm), "pwm", CONFIG_INTEGER, RANGE(0, POKEYS_PWM - 1),
-	    .unit = "(terminals 22 to 17)",
-	    .words = WORDS({ "none", -1 }), .fallback = "none",
+	    .unit = "(terminals 22 to 17)", .words = WORDS({ "none", -1 }), .fallback = "none",
 	    .help = "PWM output to the amplifier; 0 to 5 are pwm.00 to pwm.05 in HAL. The device "
 		    "needs pwm-period, which applies to all its PWM outputs; 1250 is 20 kHz."),
 	KEY(SERVO(reverse_pwm), "reverse-pwm", CONFIG_INTEGER, RANGE(0, POKEYS_PWM - 1),
-	    .unit = "(terminals 22 to 17)",
-	    .words = WORDS({ "none", -1 }), .fallback = "none",
+	    .unit = "(terminals 22 to 17)", .words = WORDS({ "none", -1 }), .fallback = "none",
 	    .help = "With drive = two-pwm, which needs it: PWM output for the other direction."),
 	KEY(SERVO(direction_pin), "direction-pin", CONFIG_INTEGER, RANGE(1, POKEYS_PINS),
 	    .words = WORDS({ "none", 0 }), .fallback = "none",
@@ -186,8 +181,7 @@ const struct config_key config_loop_keys[] = {
 	KEY(SERVO(invert_output), "invert-output", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "no", 0 }, { "yes", 1 }), .fallback = "no",
 	    .help = "yes: exchanges the two directions, as exchanging the motor's wires does."),
-	KEY(SERVO(dwell_ms), "dwell-ms", CONFIG_REAL, RANGE(0, 100), .fallback = "0",
-	    .unit = "ms",
+	KEY(SERVO(dwell_ms), "dwell-ms", CONFIG_REAL, RANGE(0, 100), .fallback = "0", .unit = "ms",
 	    .help = "With drive = sign-magnitude: time for which PWM is off before and after a "
 		    "change of direction, in addition to the time until the device has "
 		    "acknowledged the change. For a relay, or an amplifier that needs it."),
@@ -227,16 +221,14 @@ const struct config_key config_loop_keys[] = {
 	    .help = "Speed of the second, slow approach, on which the daemon measures the "
 		    "position where the switch closes. auto: a tenth of home-search-speed."),
 	KEY(SERVO(home_acceleration), "home-acceleration", CONFIG_REAL, RANGE(1e-6, 1e9),
-	    .words = WORDS({ "auto", CONFIG_SERVO_AUTO }), .fallback = "auto",
-	    .unit = "units/s^2",
+	    .words = WORDS({ "auto", CONFIG_SERVO_AUTO }), .fallback = "auto", .unit = "units/s^2",
 	    .help = "Acceleration while the axis is homing. The axis moves past the switch by "
 		    "the distance that it needs to stop. auto: the speed of the search is reached "
 		    "in 0.1 s."),
 	KEY(SERVO(home_offset), "home-offset", CONFIG_REAL, RANGE(-1e9, 1e9), .fallback = "0",
+	    .unit = "units", .help = "Position of the axis where the home switch closes."),
+	KEY(SERVO(home_position), "home-position", CONFIG_REAL, RANGE(-1e9, 1e9), .fallback = "0",
 	    .unit = "units",
-	    .help = "Position of the axis where the home switch closes."),
-	KEY(SERVO(home_position), "home-position", CONFIG_REAL, RANGE(-1e9, 1e9),
-	    .fallback = "0", .unit = "units",
 	    .help = "Position to which the axis moves at the end, from min-position to "
 		    "max-position, and at most home-distance from home-offset. If the home switch "
 		    "is a limit switch, it has to be at least min-following-error off the switch."),
@@ -256,8 +248,7 @@ const struct config_key config_loop_keys[] = {
 	KEY(SERVO(speed_most), "max-speed", CONFIG_REAL, RANGE(1e-6, 1e6), .unit = "units/s",
 	    .help = "Highest speed of the axis. At this speed max-following-error applies."),
 	KEY(SERVO(acceleration_most), "max-acceleration", CONFIG_REAL, RANGE(1e-6, 1e9),
-	    .words = WORDS({ "auto", CONFIG_SERVO_AUTO }), .fallback = "auto",
-	    .unit = "units/s^2",
+	    .words = WORDS({ "auto", CONFIG_SERVO_AUTO }), .fallback = "auto", .unit = "units/s^2",
 	    .help = "Highest acceleration of the axis on a path (moves of pokeysctl). auto: "
 		    "max-speed is reached in 0.2 s."),
 	KEY(SERVO(speed_jump), "impossible-speed", CONFIG_REAL, RANGE(1e-6, 1e7),
@@ -284,8 +275,8 @@ const struct config_key config_loop_keys[] = {
 	    .help = "Highest output of the integral part. auto: half of max-output."),
 	KEY(SERVO(output_most), "max-output", CONFIG_REAL, RANGE(0.01, 1), .fallback = "1",
 	    .help = "Highest output; 1 is the full voltage."),
-	KEY(SERVO(smooth_s), "smooth-s", CONFIG_REAL, RANGE(0, 1), .fallback = "0.002",
-	    .unit = "s", .help = "Time constant of the filter for measured speeds."),
+	KEY(SERVO(smooth_s), "smooth-s", CONFIG_REAL, RANGE(0, 1), .fallback = "0.002", .unit = "s",
+	    .help = "Time constant of the filter for measured speeds."),
 	KEY(SERVO(follow_least), "min-following-error", CONFIG_REAL, RANGE(1e-6, 1e6),
 	    .fallback = "0.5", .unit = "units",
 	    .help = "A larger error is a fault while the axis stands. The axis can be enabled "
@@ -300,10 +291,9 @@ const struct config_key config_loop_keys[] = {
 		    "the axis moves less than stall-distance. auto: 0.9 of max-output."),
 	KEY(SERVO(stall_move), "stall-distance", CONFIG_REAL, RANGE(1e-6, 1e6), .fallback = "0.1",
 	    .unit = "units", .help = "See stall-output."),
-	KEY(SERVO(stall_s), "stall-s", CONFIG_REAL, RANGE(0.01, 10), .fallback = "0.3",
-	    .unit = "s", .help = "See stall-output."),
-	KEY(SERVO(silent_output), "silent-output", CONFIG_REAL, RANGE(0.01, 1),
-	    .fallback = "0.2",
+	KEY(SERVO(stall_s), "stall-s", CONFIG_REAL, RANGE(0.01, 10), .fallback = "0.3", .unit = "s",
+	    .help = "See stall-output."),
+	KEY(SERVO(silent_output), "silent-output", CONFIG_REAL, RANGE(0.01, 1), .fallback = "0.2",
 	    .help = "The output may change by this much while the encoder does not count. The "
 		    "part of a change above it, multiplied by its duration, is compared with "
 		    "silent-s."),

@@ -18,8 +18,7 @@ static const char *store_integer(const struct config_key *key, const char *text,
 {
 	const struct settings_word *word = settings_find_word(key->words, text);
 	int64_t value = word ? word->value : 0;
-	const char *wrong = word ? NULL :
-			    settings_whole(text, key->minimum, key->maximum, &value);
+	const char *wrong = word ? NULL : settings_whole(text, key->minimum, key->maximum, &value);
 
 	if (!wrong)
 		memcpy(field, &value, sizeof(value));
@@ -210,8 +209,8 @@ static size_t allowed(const struct config_key *key, char *text, size_t size)
 	case CONFIG_INTEGER:
 	case CONFIG_REAL:
 		if (key->minimum <= key->maximum)
-			at = settings_append(text, size, at, "%s%.10g..%.10g",
-					     at ? " | " : "", key->minimum, key->maximum);
+			at = settings_append(text, size, at, "%s%.10g..%.10g", at ? " | " : "",
+					     key->minimum, key->maximum);
 		return at;
 	case CONFIG_TEXT:
 		return settings_append(text, size, at, "a name of at most %zu characters",
@@ -222,15 +221,19 @@ static size_t allowed(const struct config_key *key, char *text, size_t size)
 	case CONFIG_ADDRESS:
 		return settings_append(text, size, at, "an IPv4 address such as 192.168.1.20");
 	case CONFIG_ADDRESS_LIST:
-		return settings_append(text, size, at, "at most %d IPv4 addresses with commas "
-				       "between", CONFIG_ADDRESSES);
+		return settings_append(text, size, at,
+				       "at most %d IPv4 addresses with commas "
+				       "between",
+				       CONFIG_ADDRESSES);
 	case CONFIG_PIN_LIST:
 		return settings_append(text, size, at, "%spins %g..%g as a list such as %g-%g,%g",
 				       at ? " | " : "", key->minimum, key->maximum, key->minimum,
 				       key->minimum + 2, key->minimum + 4);
 	case CONFIG_POINTS:
-		return settings_append(text, size, at, "at most %d points with commas between, "
-				       "such as 25:100000, 150:1641", SENSOR_POINTS);
+		return settings_append(text, size, at,
+				       "at most %d points with commas between, "
+				       "such as 25:100000, 150:1641",
+				       SENSOR_POINTS);
 	case CONFIG_SETTING:
 		return settings_allowed(key->setting, text, size);
 	}
@@ -251,9 +254,9 @@ size_t config_allowed(const struct config_key *key, char *text, size_t size)
 static void settings_defaults(struct pokeys_settings *settings)
 {
 	memset(settings, 0, sizeof(*settings));
-	settings->ultra_options = 4;		/* counts four edges */
-	settings->failsafe_timeout = 10;	/* 1 s */
-	settings->failsafe_peripherals = 15;	/* all of them */
+	settings->ultra_options = 4;         /* counts four edges */
+	settings->failsafe_timeout = 10;     /* 1 s */
+	settings->failsafe_peripherals = 15; /* all of them */
 }
 
 void config_defaults(enum config_section section, void *raw)

@@ -52,8 +52,10 @@ static int await_interface(const struct config *config)
 {
 	if (!*config->interface || if_nametoindex(config->interface))
 		return 0;
-	log_line(EVENT_WARNING, "there is no network interface %s (ip link lists those that are "
-		 "there); waiting for it", config->interface);
+	log_line(EVENT_WARNING,
+		 "there is no network interface %s (ip link lists those that are "
+		 "there); waiting for it",
+		 config->interface);
 	for (int waited = 0; waited < INTERFACE_S * 1000; waited += LOOK_MS) {
 		sleep_ms(LOOK_MS);
 		if (signals_ending())
@@ -87,8 +89,10 @@ static void warn_of_part(const char *interface)
 	if (!*interface || !part || readlink(path, whole, sizeof(whole) - 1) < 0)
 		return;
 	name = strrchr(whole, '/') ? strrchr(whole, '/') + 1 : whole;
-	log_line(EVENT_WARNING, "%s is a part of %s, which gets what comes in there, so no device "
-		 "will be heard; name %s (interface)", interface, name, name);
+	log_line(EVENT_WARNING,
+		 "%s is a part of %s, which gets what comes in there, so no device "
+		 "will be heard; name %s (interface)",
+		 interface, name, name);
 }
 
 static int take_signals(struct daemon *daemon)
@@ -142,7 +146,8 @@ static void open_desk(struct daemon *daemon)
 	if (result)
 		log_line(EVENT_WARNING,
 			 "%s/control: cannot be made: %s; pokeysctl config apply and "
-			 "save do not work", daemon->config->runtime_directory, strerror(-result));
+			 "save do not work",
+			 daemon->config->runtime_directory, strerror(-result));
 }
 
 /*
@@ -226,8 +231,8 @@ static int open_transport(struct daemon *daemon)
 	}
 	say_waiting(daemon);
 	if (why) {
-		log_line(EVENT_NOTICE, "transport is %s, for %s",
-			 daemon->loop.transport->ops->name, why);
+		log_line(EVENT_NOTICE, "transport is %s, for %s", daemon->loop.transport->ops->name,
+			 why);
 		atomic_fetch_or(&daemon->loop.shared.flags, POKEYS_STATE_FALLBACK);
 	}
 	return 0;
@@ -258,9 +263,10 @@ static int open_devices(struct daemon *daemon)
 	}
 	daemon->prepared = true;
 	if (loop->options.mode == LOOP_SPIN && loop->options.duty < config->loop.duty)
-		log_line(EVENT_WARNING, "duty = %g is more than the kernel leaves to realtime "
-			 "threads (kernel.sched_rt_runtime_us); using %g", config->loop.duty,
-			 loop->options.duty);
+		log_line(EVENT_WARNING,
+			 "duty = %g is more than the kernel leaves to realtime "
+			 "threads (kernel.sched_rt_runtime_us); using %g",
+			 config->loop.duty, loop->options.duty);
 	for (uint32_t i = 0; i < config->devices; i++) {
 		struct pokeys_io io;
 
@@ -340,7 +346,7 @@ static int await_first_cycles(struct daemon *daemon)
 		if (entered < 0)
 			return refused(daemon, entered);
 		if (atomic_load(&daemon->left))
-			return 0;	/* daemon_attend() says why */
+			return 0; /* daemon_attend() says why */
 		if (atomic_load(&daemon->loop.shared.cycles) >= FIRST_CYCLES) {
 			if (*daemon->why)
 				log_line(EVENT_WARNING, "%s; going on without", daemon->why);
@@ -348,8 +354,10 @@ static int await_first_cycles(struct daemon *daemon)
 		}
 		sleep_ms(5);
 	}
-	log_line(EVENT_ERROR, "the realtime thread does not run: %d ms and no cycle; is something "
-		 "of a higher priority on its core?", START_MS);
+	log_line(EVENT_ERROR,
+		 "the realtime thread does not run: %d ms and no cycle; is something "
+		 "of a higher priority on its core?",
+		 START_MS);
 	return STATUS_FAILED;
 }
 
@@ -428,7 +436,7 @@ int daemon_stop(struct daemon *daemon)
 			pthread_join(daemon->thread, NULL);
 		} else {
 			log_line(EVENT_ERROR, "the realtime thread does not end; whether the "
-				 "devices are in their safe state is not known");
+					      "devices are in their safe state is not known");
 			status = STATUS_FAILED;
 		}
 	}

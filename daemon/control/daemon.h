@@ -32,19 +32,19 @@ struct daemon {
 	struct metrics metrics;
 	struct watchdog watchdog;
 	struct report report;
-	pokeys_client *reader[TRANSPORT_CHANNELS];	/* our own, of what we publish */
-	void *devices;				/* their memory */
+	pokeys_client *reader[TRANSPORT_CHANNELS]; /* our own, of what we publish */
+	void *devices;                             /* their memory */
 	int signal_fd, latency_fd;
 	bool prepared, started, joined;
-	pthread_t thread;			/* the realtime one */
+	pthread_t thread; /* the realtime one */
 	/* its answer to being started, and its end */
-	_Atomic int entered;			/* 0 = not yet, 1 = it runs, < 0 = refused */
-	_Atomic bool left;			/* it has done its last */
+	_Atomic int entered; /* 0 = not yet, 1 = it runs, < 0 = refused */
+	_Atomic bool left;   /* it has done its last */
 	int loop_result;
 	char why[256];
 	uint64_t next_notify_ns, next_maintain_ns, next_status_ns;
-	bool told_removed;	/* the shared memory's files */
-	bool told_reading;	/* that it cannot be read back */
+	bool told_removed; /* the shared memory's files */
+	bool told_reading; /* that it cannot be read back */
 };
 
 /* All of it, `config` being what config_path holds; an exit status of options.h. */

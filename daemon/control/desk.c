@@ -25,8 +25,13 @@ void desk_init(struct desk *desk, const struct config *config, const char *confi
 	       struct loop *loop, desk_read read, void *context)
 {
 	*desk = (struct desk){
-		.config = config, .config_path = config_path, .loop = loop, .read = read,
-		.context = context, .listen_fd = -1, .next_id = 1,
+		.config = config,
+		.config_path = config_path,
+		.loop = loop,
+		.read = read,
+		.context = context,
+		.listen_fd = -1,
+		.next_id = 1,
 	};
 }
 
@@ -107,8 +112,8 @@ static void take_clients(struct desk *desk, uint64_t now_ns)
 				    DESK_CLIENTS);
 			continue;
 		}
-		*client = (struct desk_client){
-			.fd = fd, .phase = DESK_ASKING, .since_ns = now_ns };
+		*client =
+			(struct desk_client){ .fd = fd, .phase = DESK_ASKING, .since_ns = now_ns };
 	}
 }
 

@@ -19,34 +19,34 @@
 
 enum {
 	DESK_CLIENTS = 8,
-	DESK_REQUEST_MAX = 128,		/* bytes */
+	DESK_REQUEST_MAX = 128, /* bytes */
 	DESK_ANSWER_MAX = 4000,
 };
 
 enum desk_phase {
 	DESK_FREE,
-	DESK_ASKING,			/* connected, has not said what it wants */
-	DESK_ORDERED,			/* the loop has not executed it yet */
-	DESK_APPLYING,			/* it did; the report is watched */
-	DESK_SAVING,			/* it did; an event will say how it went */
+	DESK_ASKING,   /* connected, has not said what it wants */
+	DESK_ORDERED,  /* the loop has not executed it yet */
+	DESK_APPLYING, /* it did; the report is watched */
+	DESK_SAVING,   /* it did; an event will say how it went */
 };
 
 struct desk_client {
 	int fd;
 	enum desk_phase phase;
 	uint8_t device;
-	uint8_t what;			/* enum device_order */
-	bool restart;			/* the file has news that want a restart */
-	uint32_t id;			/* of its order */
-	uint64_t since_ns;		/* in this phase */
-	uint64_t cycle;			/* the loop had ended when its order was executed */
+	uint8_t what;      /* enum device_order */
+	bool restart;      /* the file has news that want a restart */
+	uint32_t id;       /* of its order */
+	uint64_t since_ns; /* in this phase */
+	uint64_t cycle;    /* the loop had ended when its order was executed */
 };
 
 /* The newest report of a device: 0, or -errno. */
 typedef int (*desk_read)(void *context, uint32_t device, struct pokeys_report *out);
 
 struct desk {
-	const struct config *config;	/* as at the start */
+	const struct config *config; /* as at the start */
 	const char *config_path;
 	struct loop *loop;
 	desk_read read;
@@ -54,7 +54,7 @@ struct desk {
 	int listen_fd;
 	char socket[CONFIG_PATH_MAX + 16];
 	uint32_t next_id;
-	uint64_t refused;		/* requests that were none, or not possible */
+	uint64_t refused; /* requests that were none, or not possible */
 	struct desk_client client[DESK_CLIENTS];
 };
 

@@ -72,7 +72,9 @@ static int give(struct desk *desk, uint32_t device, enum device_order what,
 		const struct pokeys_settings *settings, uint32_t *id)
 {
 	struct loop_order order = {
-		.id = desk->next_id, .device = (uint8_t)device, .what = (uint8_t)what,
+		.id = desk->next_id,
+		.device = (uint8_t)device,
+		.what = (uint8_t)what,
 		.replace = settings != NULL,
 	};
 
@@ -122,13 +124,15 @@ static void apply(struct desk *desk, struct desk_client *client, uint32_t device
 	}
 	now = find(&config, name);
 	if (!now) {
-		desk_answer(desk, client, false, "nothing was changed: %s has no [device %s] any "
-			    "more", desk->config_path, name);
+		desk_answer(desk, client, false,
+			    "nothing was changed: %s has no [device %s] any "
+			    "more",
+			    desk->config_path, name);
 	} else {
 		client->restart = wants_restart(&desk->config->device[device], now);
 		order(desk, client, device, DEVICE_ORDER_APPLY, &now->settings, now_ns);
 	}
-	explicit_bzero(&config, sizeof(config));	/* passwords */
+	explicit_bzero(&config, sizeof(config)); /* passwords */
 }
 
 static uint32_t index_of(const struct config *config, const char *name)
@@ -149,8 +153,10 @@ void desk_begin(struct desk *desk, struct desk_client *client, char *request, ui
 
 	usage_printable(request);
 	if (!is_apply && !is_save) {
-		desk_answer(desk, client, false, "\"%s\" is no request; requests are: config apply "
-			    "DEVICE, config save DEVICE", request);
+		desk_answer(desk, client, false,
+			    "\"%s\" is no request; requests are: config apply "
+			    "DEVICE, config save DEVICE",
+			    request);
 		return;
 	}
 	device = index_of(desk->config, name);
@@ -165,7 +171,8 @@ void desk_begin(struct desk *desk, struct desk_client *client, char *request, ui
 static const char *restart_note(const struct desk_client *client)
 {
 	return client->restart ? "\nOther keys of its section, heaters or servos have changed as "
-				 "well: those need a restart of the daemon." : "";
+				 "well: those need a restart of the daemon." :
+				 "";
 }
 
 void desk_executed(struct desk *desk, struct desk_client *client, int result, uint64_t now_ns)
@@ -181,16 +188,20 @@ void desk_executed(struct desk *desk, struct desk_client *client, int result, ui
 	if (result == -ENOTCONN && client->what == DEVICE_ORDER_APPLY)
 		desk_answer(desk, client, true,
 			    "%s: the configuration was taken over; the device is "
-			    "away and gets its settings when it is back%s", name,
-			    restart_note(client));
+			    "away and gets its settings when it is back%s",
+			    name, restart_note(client));
 	else if (result == -ENOTCONN)
 		desk_answer(desk, client, false, "%s: the device is away", name);
 	else if (result == -EBUSY)
-		desk_answer(desk, client, false, "%s: motion is permitted; switch the machine off "
-			    "first", name);
+		desk_answer(desk, client, false,
+			    "%s: motion is permitted; switch the machine off "
+			    "first",
+			    name);
 	else if (result == -EAGAIN)
-		desk_answer(desk, client, false, "%s: its flash memory was written less than 2 s "
-			    "ago, and each time wears it; try again later", name);
+		desk_answer(desk, client, false,
+			    "%s: its flash memory was written less than 2 s "
+			    "ago, and each time wears it; try again later",
+			    name);
 	else if (result == -EALREADY)
 		desk_answer(desk, client, false, "%s: another order is at work; try again", name);
 	else
@@ -215,12 +226,13 @@ static bool answer_applied(struct desk *desk, struct desk_client *client)
 	else if (report.state == POKEYS_CONFIG_WAITING)
 		desk_answer(desk, client, true,
 			    "%s: the configuration was taken over; what differs "
-			    "waits until the machine is off (pokeysctl config diff %s)%s", name,
-			    name, restart_note(client));
+			    "waits until the machine is off (pokeysctl config diff %s)%s",
+			    name, name, restart_note(client));
 	else if (report.state == POKEYS_CONFIG_REFUSED)
-		desk_answer(desk, client, false, "%s: the device did not take everything "
-			    "(pokeysctl config diff %s; the journal says what)%s", name, name,
-			    restart_note(client));
+		desk_answer(desk, client, false,
+			    "%s: the device did not take everything "
+			    "(pokeysctl config diff %s; the journal says what)%s",
+			    name, name, restart_note(client));
 	else
 		return false;
 	return true;
@@ -236,12 +248,15 @@ void desk_watch(struct desk *desk, struct desk_client *client, uint64_t now_ns)
 			    name);
 	else if (client->phase == DESK_APPLYING && spent > SETTLE_NS &&
 		 !answer_applied(desk, client) && spent > APPLY_NS)
-		desk_answer(desk, client, true, "%s: the configuration was taken over and is still "
-			    "being applied (pokeysctl config diff %s)%s", name, name,
-			    restart_note(client));
+		desk_answer(desk, client, true,
+			    "%s: the configuration was taken over and is still "
+			    "being applied (pokeysctl config diff %s)%s",
+			    name, name, restart_note(client));
 	else if (client->phase == DESK_SAVING && spent > SAVE_NS)
-		desk_answer(desk, client, false, "%s: the device has not said whether it saved its "
-			    "settings; the journal may say more", name);
+		desk_answer(desk, client, false,
+			    "%s: the device has not said whether it saved its "
+			    "settings; the journal may say more",
+			    name);
 }
 
 void desk_event(struct desk *desk, const struct event *event, uint64_t now_ns)
@@ -257,8 +272,10 @@ void desk_event(struct desk *desk, const struct event *event, uint64_t now_ns)
 		if (client->phase != DESK_SAVING || client->device != event->device)
 			continue;
 		if ((uint8_t)event->c == POKEYS_OUTCOME_DONE)
-			desk_answer(desk, client, true, "%s: its settings are in its flash memory "
-				    "now", desk->config->device[event->device].name);
+			desk_answer(desk, client, true,
+				    "%s: its settings are in its flash memory "
+				    "now",
+				    desk->config->device[event->device].name);
 		else
 			desk_answer(desk, client, false,
 				    "%s: the device did not save its settings; "
@@ -289,8 +306,10 @@ void desk_reload(struct desk *desk)
 		given += now && !give(desk, i, DEVICE_ORDER_APPLY, &now->settings, &id);
 	}
 	restart |= config.devices != desk->config->devices;
-	explicit_bzero(&config, sizeof(config));	/* passwords */
-	log_line(EVENT_NOTICE, "SIGHUP: %s was read again; its settings go to %u of %u "
-		 "devices%s", desk->config_path, given, desk->config->devices,
+	explicit_bzero(&config, sizeof(config)); /* passwords */
+	log_line(EVENT_NOTICE,
+		 "SIGHUP: %s was read again; its settings go to %u of %u "
+		 "devices%s",
+		 desk->config_path, given, desk->config->devices,
 		 restart ? "; it has other changes, which need a restart" : "");
 }

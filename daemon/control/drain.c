@@ -61,8 +61,8 @@ static void write_down(struct drain *drain, const struct event *event, uint64_t 
 	snprintf(said.kind, sizeof(said.kind), "%s", event_kind_name(code));
 	event_format(event, NULL, said.text, sizeof(said.text));
 	shown = said;
-	if (permitted && (!is_noise(code) ||
-			  stands_out(&drain->noise[row][code], now_ns, &shown.held)))
+	if (permitted &&
+	    (!is_noise(code) || stands_out(&drain->noise[row][code], now_ns, &shown.held)))
 		tell_show(drain->teller, device, &shown, event->t_ns, now_ns);
 	if (settings)
 		said.held = 0;

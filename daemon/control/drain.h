@@ -11,15 +11,15 @@
 
 /* What comes again and again is shown to readers once in a minute. */
 struct drain_noise {
-	uint64_t shown_ns;			/* 0 = never */
+	uint64_t shown_ns; /* 0 = never */
 	uint32_t held;
 };
 
 struct drain {
 	const struct teller *teller;
 	struct event_ring *ring;
-	struct desk *desk;			/* hears of each event; NULL = nobody */
-	struct keeper *keeper;			/* as well */
+	struct desk *desk;     /* hears of each event; NULL = nobody */
+	struct keeper *keeper; /* as well */
 	uint64_t dropped_told;
 	struct log_limit dropped_limit;
 	struct log_limit limit[TRANSPORT_CHANNELS + 1][EVENT_CODES];

@@ -91,8 +91,9 @@ void finder_take(const struct config *config, const struct loop_shared *shared,
 		if (!wanted(config, shared, i) || (from->interface && answers->routed >> i & 1))
 			continue;
 		answers->routed |= (uint64_t)!from->interface << i;
-		atomic_store_explicit(&found[i], (uint64_t)from->interface << 48 |
-				      (uint64_t)from->address << 16 | device->port,
+		atomic_store_explicit(&found[i],
+				      (uint64_t)from->interface << 48 |
+					      (uint64_t)from->address << 16 | device->port,
 				      memory_order_relaxed);
 	}
 }

@@ -13,11 +13,11 @@ enum { FINDER_OTHERS = 4, FINDER_WHY = POKEYS_EVENT_TEXT_MAX };
 
 /* Who has answered one search. */
 struct finder_answers {
-	uint64_t routed;		/* bit = device; the way that its route has */
-	uint64_t ours;			/* bit = device */
+	uint64_t routed; /* bit = device; the way that its route has */
+	uint64_t ours;   /* bit = device */
 	unsigned int others;
-	uint32_t other[FINDER_OTHERS];	/* the lowest serial numbers, in order */
-	bool more_others;		/* than these */
+	uint32_t other[FINDER_OTHERS]; /* the lowest serial numbers, in order */
+	bool more_others;              /* than these */
 };
 
 struct finder {
@@ -26,16 +26,16 @@ struct finder {
 	/* interface << 48 | ip << 16 | port (struct transport_address), 0 = not yet */
 	_Atomic uint64_t found[TRANSPORT_CHANNELS];
 	_Atomic bool stop;
-	_Atomic int result;		/* of the last search: answers, or -errno */
+	_Atomic int result; /* of the last search: answers, or -errno */
 	bool running;
-	struct finder_answers answers;	/* finder thread's */
+	struct finder_answers answers; /* finder thread's */
 	struct discovery_report report;
-	unsigned int misses;		/* searches in a row that have not found all */
-	pthread_mutex_t lock;		/* of why */
-	char why[FINDER_WHY];		/* they have not, "" = they have */
-	int told;			/* control thread's: what it has logged */
+	unsigned int misses;  /* searches in a row that have not found all */
+	pthread_mutex_t lock; /* of why */
+	char why[FINDER_WHY]; /* they have not, "" = they have */
+	int told;             /* control thread's: what it has logged */
 	char told_why[FINDER_WHY];
-	uint64_t minute_ns;		/* the first line of this minute, 0 = never */
+	uint64_t minute_ns; /* the first line of this minute, 0 = never */
 	unsigned int minute_lines;
 	pthread_t thread;
 };
@@ -62,8 +62,7 @@ void finder_take(const struct config *config, const struct loop_shared *shared,
  * One line on a search that has not found the devices `missing` (bits): where it asked, who has
  * answered instead, and what to do.
  */
-void finder_why(const struct config *config, uint64_t missing,
-		const struct finder_answers *answers, const struct discovery_report *report,
-		char text[FINDER_WHY]);
+void finder_why(const struct config *config, uint64_t missing, const struct finder_answers *answers,
+		const struct discovery_report *report, char text[FINDER_WHY]);
 
 #endif

@@ -19,7 +19,8 @@ struct line {
 	size_t used;
 };
 
-__attribute__((format(printf, 2, 3)))
+static void put(struct line *line, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
 static void put(struct line *line, const char *format, ...)
 {
 	const size_t room = FINDER_WHY - line->used;
@@ -67,7 +68,8 @@ static void put_network(struct line *line, const struct discovery_network *netwo
 	put(line, "%s (%s/%u%s%s)", name, address_text(network->own.address, address),
 	    network->own.prefix, network->error ? ", not asked: " : "",
 	    network->error == -EOPNOTSUPP ? "it cannot send broadcasts" :
-	    network->error ? strerror(-network->error) : "");
+	    network->error                ? strerror(-network->error) :
+					    "");
 }
 
 static void put_networks(struct line *line, const struct config *config,
@@ -96,9 +98,8 @@ static void put_others(struct line *line, const struct finder_answers *answers)
 		put(line, " and others");
 }
 
-void finder_why(const struct config *config, uint64_t missing,
-		const struct finder_answers *answers, const struct discovery_report *report,
-		char text[FINDER_WHY])
+void finder_why(const struct config *config, uint64_t missing, const struct finder_answers *answers,
+		const struct discovery_report *report, char text[FINDER_WHY])
 {
 	struct line line = { .text = text };
 
@@ -108,8 +109,8 @@ void finder_why(const struct config *config, uint64_t missing,
 	put_others(&line, answers);
 	if (answers->others)
 		put(&line, "; if one of them is meant, correct serial in pokeysd.conf and restart "
-		    "pokeysd");
+			   "pokeysd");
 	else if (report->networks || config->discovery_addresses)
 		put(&line, "; sudo pokeysctl discover tells whether this computer drops the "
-		    "answer");
+			   "answer");
 }

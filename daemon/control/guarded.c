@@ -67,8 +67,7 @@ static void take_counter(struct guarded *out, const char *name, const char *valu
 	memcpy(out->counter[out->counters++].name, name, length + 1);
 }
 
-static void take_line(struct guarded *out, struct lines *lines, const char *name,
-		      const char *value)
+static void take_line(struct guarded *out, struct lines *lines, const char *name, const char *value)
 {
 	if (!strcmp(name, "interface"))
 		lines->interface = value;

@@ -11,12 +11,12 @@
 enum { GUARDED_COUNTERS = 24 };
 
 struct guarded {
-	bool on;			/* on the interface asked for, and heard of within 3 s */
-	char mode[16];			/* "native" or "generic" */
-	uint64_t passed, dropped;	/* sums of the counters pass_... and drop_... */
+	bool on;                  /* on the interface asked for, and heard of within 3 s */
+	char mode[16];            /* "native" or "generic" */
+	uint64_t passed, dropped; /* sums of the counters pass_... and drop_... */
 	uint32_t counters;
 	struct {
-		char name[24];		/* a-z and _ only: pass_..., drop_... */
+		char name[24]; /* a-z and _ only: pass_..., drop_... */
 		uint64_t value;
 	} counter[GUARDED_COUNTERS];
 };

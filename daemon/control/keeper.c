@@ -34,9 +34,11 @@
 #define AFTER_NS UINT64_C(500000000)
 #define NOBODY ((gid_t)-1)
 enum {
-	NAP_MS = 20, BURST = 10, SLOTS_A_CYCLE = 8,
+	NAP_MS = 20,
+	BURST = 10,
+	SLOTS_A_CYCLE = 8,
 	STOP_NAP_MS = 5,
-	REMOVE_MS = 100,	/* for what was begun and is given up */
+	REMOVE_MS = 100, /* for what was begun and is given up */
 };
 
 enum record_reason keeper_reason(const struct event *event, bool machine_on)
@@ -44,7 +46,8 @@ enum record_reason keeper_reason(const struct event *event, bool machine_on)
 	switch (event->code) {
 	case EVENT_LINK:
 		return event->a == POKEYS_LINK_LOST && event->b == POKEYS_LINK_RUNNING ?
-		       RECORD_LOST : RECORD_NOTHING;
+			       RECORD_LOST :
+			       RECORD_NOTHING;
 	case EVENT_COMMANDER:
 		return !event->a && !event->c && machine_on ? RECORD_COMMANDER : RECORD_NOTHING;
 	case EVENT_ENGINE:
@@ -56,7 +59,9 @@ enum record_reason keeper_reason(const struct event *event, bool machine_on)
 	case EVENT_SERVO:
 		/* the heater, or whoever has pressed a button, is the reason */
 		return event->b != POKEYS_SERVO_FINE && event->b != POKEYS_SERVO_EMERGENCY &&
-		       event->b != POKEYS_SERVO_HEATER ? RECORD_SERVO : RECORD_NOTHING;
+				       event->b != POKEYS_SERVO_HEATER ?
+			       RECORD_SERVO :
+			       RECORD_NOTHING;
 	case EVENT_CYCLE_SKIPPED:
 		return event->a >= BURST ? RECORD_LATE : RECORD_NOTHING;
 	case EVENT_TRANSPORT:
@@ -68,8 +73,7 @@ enum record_reason keeper_reason(const struct event *event, bool machine_on)
 
 void keeper_event(struct keeper *keeper, const struct event *event, uint64_t now_ns)
 {
-	const uint64_t bit = event->device < TRANSPORT_CHANNELS ?
-			     UINT64_C(1) << event->device : 0;
+	const uint64_t bit = event->device < TRANSPORT_CHANNELS ? UINT64_C(1) << event->device : 0;
 	const enum record_reason reason = keeper_reason(event, keeper->machine_on & bit);
 
 	if (event->code == EVENT_MACHINE)
@@ -79,7 +83,7 @@ void keeper_event(struct keeper *keeper, const struct event *event, uint64_t now
 		return;
 	keeper->not_before_ns[reason] = now_ns + keeper->config->record_interval_ns;
 	if (keeper->due && keeper->due <= reason)
-		return;		/* the record that is due will have this one in it */
+		return; /* the record that is due will have this one in it */
 	keeper->due = reason;
 	keeper->due_ns = now_ns + AFTER_NS;
 }
@@ -92,8 +96,8 @@ static void tell(struct keeper *keeper)
 		log_line(EVENT_WARNING, "no record could be written in %s: %s", keeper->folder,
 			 strerror(-keeper->result));
 	else
-		log_line(EVENT_NOTICE, "the last %llu packets are in %s", (unsigned long long)
-			 keeper->packets, keeper->path);
+		log_line(EVENT_NOTICE, "the last %llu packets are in %s",
+			 (unsigned long long)keeper->packets, keeper->path);
 	atomic_store_explicit(&keeper->done, 0, memory_order_relaxed);
 }
 
@@ -126,8 +130,10 @@ static void execute(struct keeper *keeper)
 							       memory_order_acquire);
 	const struct keeper_order order = {
 		.ring = reason == RECORD_DIED ? keeper->died : keeper->ring,
-		.folder = keeper->folder, .reason = reason,
-		.files = keeper->config->record_files, .readers = keeper->readers,
+		.folder = keeper->folder,
+		.reason = reason,
+		.files = keeper->config->record_files,
+		.readers = keeper->readers,
 	};
 
 	if (!reason)
@@ -172,8 +178,10 @@ static void start(struct keeper *keeper)
 
 	keeper->running = !result;
 	if (result)
-		log_line(EVENT_WARNING, "no records will be written: the thread for it cannot be "
-			 "made: %s", strerror(-result));
+		log_line(EVENT_WARNING,
+			 "no records will be written: the thread for it cannot be "
+			 "made: %s",
+			 strerror(-result));
 }
 
 static uint32_t slots_for(const struct config *config)
@@ -220,26 +228,33 @@ static void open_ring(struct keeper *keeper)
 	int result;
 
 	if (!in_memory(folder)) {
-		log_line(EVENT_WARNING, "%s is on a disk, for which the realtime thread would have "
+		log_line(EVENT_WARNING,
+			 "%s is on a disk, for which the realtime thread would have "
 			 "to wait; nothing is recorded (runtime-directory in /run or /dev/shm, "
-			 "or recorder-seconds = 0)", folder);
+			 "or recorder-seconds = 0)",
+			 folder);
 		return;
 	}
 	result = make_ring(keeper);
 	if (result)
 		log_line(EVENT_WARNING, "%s: cannot be made: %s; nothing is recorded", keeper->ring,
 			 strerror(-result));
-	else if (keeper->readers != NOBODY && (lchown(keeper->ring, (uid_t)-1, keeper->readers) ||
-						chmod(keeper->ring, 0640)))
-		log_line(EVENT_WARNING, "%s: cannot be given to monitor-group, whose members "
-			 "cannot read it now: %s", keeper->ring, strerror(errno));
+	else if (keeper->readers != NOBODY &&
+		 (lchown(keeper->ring, (uid_t)-1, keeper->readers) || chmod(keeper->ring, 0640)))
+		log_line(EVENT_WARNING,
+			 "%s: cannot be given to monitor-group, whose members "
+			 "cannot read it now: %s",
+			 keeper->ring, strerror(errno));
 }
 
 void keeper_open(struct keeper *keeper, const struct config *config, struct loop *loop,
 		 const char *logs, gid_t readers)
 {
 	*keeper = (struct keeper){
-		.config = config, .loop = loop, .folder = "", .readers = readers,
+		.config = config,
+		.loop = loop,
+		.folder = "",
+		.readers = readers,
 	};
 	if (*config->record_folder)
 		keeper->folder = config->record_folder;
@@ -287,9 +302,10 @@ static void give_up(const struct keeper *keeper, enum record_reason reason,
 		    unsigned int patience_ms)
 {
 	if (reason)
-		log_line(EVENT_WARNING, "the record \"%s\" is not written: %s did not take it "
-			 "within %u ms, and the daemon ends", keeper_word(reason), keeper->folder,
-			 patience_ms);
+		log_line(EVENT_WARNING,
+			 "the record \"%s\" is not written: %s did not take it "
+			 "within %u ms, and the daemon ends",
+			 keeper_word(reason), keeper->folder, patience_ms);
 }
 
 /* A thread of its own: the same disk may have hung up with the folder in its hands. */

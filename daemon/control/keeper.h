@@ -14,15 +14,15 @@
 /* Why a record is written, the gravest first; also the end of its file's name. */
 enum record_reason {
 	RECORD_NOTHING,
-	RECORD_LOST,			/* a device that was running does not answer */
-	RECORD_COMMANDER,		/* silent while the machine was on */
-	RECORD_EMERGENCY,		/* the pulse engine was stopped by its emergency input */
-	RECORD_LIMIT,			/* ... by a limit switch */
-	RECORD_HEATER,			/* a heater was switched off by a fault */
-	RECORD_SERVO,			/* a servo motor was stopped by one */
-	RECORD_TRANSPORT,		/* the transport has failed for good */
-	RECORD_LATE,			/* a burst of missed cycles */
-	RECORD_DIED,			/* what the daemon before this one left */
+	RECORD_LOST,      /* a device that was running does not answer */
+	RECORD_COMMANDER, /* silent while the machine was on */
+	RECORD_EMERGENCY, /* the pulse engine was stopped by its emergency input */
+	RECORD_LIMIT,     /* ... by a limit switch */
+	RECORD_HEATER,    /* a heater was switched off by a fault */
+	RECORD_SERVO,     /* a servo motor was stopped by one */
+	RECORD_TRANSPORT, /* the transport has failed for good */
+	RECORD_LATE,      /* a burst of missed cycles */
+	RECORD_DIED,      /* what the daemon before this one left */
 	RECORD_REASONS
 };
 
@@ -31,23 +31,23 @@ enum { KEEPER_PATH = 400 };
 struct keeper {
 	const struct config *config;
 	struct loop *loop;
-	const char *folder;		/* of the records; empty = none are written */
-	gid_t readers;			/* group that may read ring and records; -1 = none */
-	char ring[KEEPER_PATH], died[KEEPER_PATH];	/* files of the runtime folder */
+	const char *folder; /* of the records; empty = none are written */
+	gid_t readers;      /* group that may read ring and records; -1 = none */
+	char ring[KEEPER_PATH], died[KEEPER_PATH]; /* files of the runtime folder */
 	bool open, running;
 	pthread_t thread;
 	/* the control thread's */
-	uint64_t machine_on;		/* bit = device whose machine is on */
-	enum record_reason due;		/* to be written at due_ns */
+	uint64_t machine_on;    /* bit = device whose machine is on */
+	enum record_reason due; /* to be written at due_ns */
 	uint64_t due_ns, not_before_ns[RECORD_REASONS];
 	/* between the two */
 	_Atomic bool stop;
-	_Atomic uint32_t order;		/* enum record_reason; the thread's until it is 0 again */
-	_Atomic uint32_t done;		/* 1: `path`, `result` and `packets` are to be told */
-	_Atomic bool begun;		/* beside `path` there may be a file that is not whole */
-	_Atomic bool removed;		/* ... it was given up, and is gone */
+	_Atomic uint32_t order; /* enum record_reason; the thread's until it is 0 again */
+	_Atomic uint32_t done;  /* 1: `path`, `result` and `packets` are to be told */
+	_Atomic bool begun;     /* beside `path` there may be a file that is not whole */
+	_Atomic bool removed;   /* ... it was given up, and is gone */
 	char path[KEEPER_PATH];
-	int result;			/* 0 or -errno */
+	int result; /* 0 or -errno */
 	uint64_t packets;
 };
 
@@ -98,8 +98,8 @@ const char *keeper_word(enum record_reason reason);
 struct keeper_order {
 	const char *ring, *folder;
 	enum record_reason reason;
-	uint32_t files;			/* are kept in the folder, the newest */
-	gid_t readers;			/* as in struct keeper */
+	uint32_t files; /* are kept in the folder, the newest */
+	gid_t readers;  /* as in struct keeper */
 };
 
 /*

@@ -34,14 +34,10 @@
 enum { NAMES = 10 };
 
 static const char *const reasons[RECORD_REASONS] = {
-	[RECORD_LOST] = "lost",
-	[RECORD_COMMANDER] = "commander",
-	[RECORD_EMERGENCY] = "emergency",
-	[RECORD_LIMIT] = "limit",
-	[RECORD_HEATER] = "heater",
-	[RECORD_SERVO] = "servo",
-	[RECORD_LATE] = "late",
-	[RECORD_TRANSPORT] = "transport",
+	[RECORD_LOST] = "lost",           [RECORD_COMMANDER] = "commander",
+	[RECORD_EMERGENCY] = "emergency", [RECORD_LIMIT] = "limit",
+	[RECORD_HEATER] = "heater",       [RECORD_SERVO] = "servo",
+	[RECORD_LATE] = "late",           [RECORD_TRANSPORT] = "transport",
 	[RECORD_DIED] = "died",
 };
 
@@ -97,8 +93,7 @@ static bool is_named(const char *path, const struct stat *file)
 {
 	struct stat found;
 
-	return !lstat(path, &found) && found.st_ino == file->st_ino &&
-	       found.st_dev == file->st_dev;
+	return !lstat(path, &found) && found.st_ino == file->st_ino && found.st_dev == file->st_dev;
 }
 
 /* Remove a file of ours that nobody writes any more; true if it was one. */
@@ -214,8 +209,11 @@ static int put_record(const struct recorder_file *ring, int fd, enum record_reas
 {
 	static struct stations stations;
 	const struct export_options options = {
-		.device = EXPORT_ALL, .application = "pokeysd " POKEYSD_VERSION,
-		.comment = reasons[reason], .wall_ns = export_wall(), .stations = &stations,
+		.device = EXPORT_ALL,
+		.application = "pokeysd " POKEYSD_VERSION,
+		.comment = reasons[reason],
+		.wall_ns = export_wall(),
+		.stations = &stations,
 	};
 	struct export_summary summary;
 	FILE *to = fdopen(fd, "w");

@@ -112,7 +112,7 @@ int main(int argc, char **argv)
 		return clear(&options);
 	read = options.check_config ? config_check : config_read;
 	if (options.check_config) {
-		signals_release();	/* it leaves nothing behind */
+		signals_release(); /* it leaves nothing behind */
 		service_become(judged, sizeof(judged));
 	}
 	if (read(options.config, &config, complain, &options))

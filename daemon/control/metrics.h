@@ -6,10 +6,10 @@
 #include "daemon/control/report.h"
 
 struct metrics {
-	const char *path;		/* empty = off */
+	const char *path; /* empty = off */
 	uint64_t interval_ns, next_ns;
 	uint64_t failed;
-	int last;			/* -errno of the last write, 0 = it went well */
+	int last; /* -errno of the last write, 0 = it went well */
 };
 
 void metrics_init(struct metrics *metrics, const char *path, uint64_t interval_ns, uint64_t now_ns);

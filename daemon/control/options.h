@@ -8,16 +8,16 @@
 /* Exit statuses, as pokeysd(8) lists them (sysexits.h where it has one). */
 enum {
 	STATUS_OK = 0,
-	STATUS_FAILED = 1,		/* while running, or a system call that has to work */
+	STATUS_FAILED = 1, /* while running, or a system call that has to work */
 	STATUS_USAGE = 64,
-	STATUS_BUSY = 75,		/* another daemon holds the runtime folder */
-	STATUS_NO_RIGHT = 77,		/* realtime priority or locked memory refused */
+	STATUS_BUSY = 75,     /* another daemon holds the runtime folder */
+	STATUS_NO_RIGHT = 77, /* realtime priority or locked memory refused */
 	STATUS_CONFIG = 78,
 };
 
 struct options {
 	const char *config;
-	const char *runtime_directory;	/* NULL = the configuration's */
+	const char *runtime_directory; /* NULL = the configuration's */
 	bool check_config;
 	bool clear;
 	bool no_realtime;

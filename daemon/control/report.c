@@ -46,7 +46,7 @@ static const struct metric metrics[] = {
 	{ "device_link", "gauge", "0 searching, 1 identifying, 2 configuring, 3 running, 4 lost",
 	  IN_STATE(link) },
 	{ "device_fault", "gauge", "Reason of the last fault (enum pokeys_fault)",
-	 IN_STATE(fault) },
+	  IN_STATE(fault) },
 	{ "device_flags", "gauge", "Bits of POKEYS_STATE_", IN_STATE(flags) },
 	{ "packets_sent_total", "counter", "Requests sent", IN_STATE(statistics.sent) },
 	{ "packets_resent_total", "counter", "Of them, repeated", IN_STATE(statistics.resent) },
@@ -56,14 +56,12 @@ static const struct metric metrics[] = {
 	  IN_STATE(statistics.accepted) },
 	{ "packets_missed_total", "counter", "Requests without reply by their deadline",
 	  IN_STATE(statistics.missed) },
-	{ "packets_late_total", "counter", "Of them, answered later",
-	  IN_STATE(statistics.late) },
-	{ "packets_lost_total", "counter", "Of them, never answered",
-	  IN_STATE(statistics.lost) },
+	{ "packets_late_total", "counter", "Of them, answered later", IN_STATE(statistics.late) },
+	{ "packets_lost_total", "counter", "Of them, never answered", IN_STATE(statistics.lost) },
 	{ "requests_timed_out_total", "counter", "Requests given up",
 	  IN_STATE(statistics.timed_out) },
 	{ "packets_stray_total", "counter", "Replies nobody asked for",
-	 IN_STATE(statistics.stray) },
+	  IN_STATE(statistics.stray) },
 	{ "packets_duplicate_total", "counter", "Replies that came again",
 	  IN_STATE(statistics.duplicate) },
 	{ "packets_stale_total", "counter", "Replies that came too late",
@@ -134,8 +132,8 @@ static void print_histogram(const struct report *report, size_t row, FILE *to)
 		name);
 	for (uint32_t i = 0; i < report->devices; i++) {
 		const struct report_device *device = &report->device[i];
-		const struct pokeys_histogram *h = (const void *)
-			((const char *)&device->diag + histograms[row].offset);
+		const struct pokeys_histogram *h = (const void *)((const char *)&device->diag +
+								  histograms[row].offset);
 
 		if (!device->known)
 			continue;
@@ -153,24 +151,28 @@ static void print_histogram(const struct report *report, size_t row, FILE *to)
 static void print_age(const struct report *report, FILE *to)
 {
 	fputs("# HELP pokeysd_data_age_seconds Age of the fast data when this was written\n"
-	      "# TYPE pokeysd_data_age_seconds gauge\n", to);
+	      "# TYPE pokeysd_data_age_seconds gauge\n",
+	      to);
 	for (uint32_t i = 0; i < report->devices; i++) {
 		const struct report_device *device = &report->device[i];
 		const uint64_t age_ns = pokeys_state_age_ns(&device->state, report->now_ns);
 
 		if (device->known && age_ns != POKEYS_NEVER)
-			fprintf(to, "pokeysd_data_age_seconds{device=\"%s\"} %.9f\n",
-				device->name, (double)age_ns / 1e9);
+			fprintf(to, "pokeysd_data_age_seconds{device=\"%s\"} %.9f\n", device->name,
+				(double)age_ns / 1e9);
 	}
 }
 
 static void print_guard(const struct guarded *guard, FILE *to)
 {
-	fprintf(to, "# HELP pokeysd_guard Whether the XDP guard is on the interface\n"
-		"# TYPE pokeysd_guard gauge\npokeysd_guard %d\n", guard->on);
+	fprintf(to,
+		"# HELP pokeysd_guard Whether the XDP guard is on the interface\n"
+		"# TYPE pokeysd_guard gauge\npokeysd_guard %d\n",
+		guard->on);
 	if (guard->counters)
 		fputs("# HELP pokeysd_guard_packets_total Packets by what the XDP guard did\n"
-		      "# TYPE pokeysd_guard_packets_total counter\n", to);
+		      "# TYPE pokeysd_guard_packets_total counter\n",
+		      to);
 	for (uint32_t i = 0; i < guard->counters; i++)
 		fprintf(to, "pokeysd_guard_packets_total{verdict=\"%s\"} %llu\n",
 			guard->counter[i].name, (unsigned long long)guard->counter[i].value);
@@ -184,13 +186,16 @@ int report_metrics(const struct report *report, FILE *to)
 		print_histogram(report, i, to);
 	print_age(report, to);
 	print_guard(&report->guard, to);
-	fprintf(to, "# HELP pokeysd_log_dropped_total Messages nobody took\n"
+	fprintf(to,
+		"# HELP pokeysd_log_dropped_total Messages nobody took\n"
 		"# TYPE pokeysd_log_dropped_total counter\npokeysd_log_dropped_total %llu\n",
 		(unsigned long long)report->log_dropped);
-	fprintf(to, "# HELP pokeysd_metrics_failed_total Times this file could not be written\n"
+	fprintf(to,
+		"# HELP pokeysd_metrics_failed_total Times this file could not be written\n"
 		"# TYPE pokeysd_metrics_failed_total counter\npokeysd_metrics_failed_total %llu\n",
 		(unsigned long long)report->metrics_failed);
-	fprintf(to, "# HELP pokeysd_requests_refused_total Orders of pokeysctl that were refused\n"
+	fprintf(to,
+		"# HELP pokeysd_requests_refused_total Orders of pokeysctl that were refused\n"
 		"# TYPE pokeysd_requests_refused_total counter\n"
 		"pokeysd_requests_refused_total %llu\n",
 		(unsigned long long)report->requests_refused);
@@ -200,7 +205,7 @@ int report_metrics(const struct report *report, FILE *to)
 static size_t append_device(const struct report_device *device, char *text, size_t size)
 {
 	const struct pokeys_state *state = &device->state;
-	const char *on = pokeys_what_is_on(state);	/* a restart would stop it */
+	const char *on = pokeys_what_is_on(state); /* a restart would stop it */
 	int length;
 
 	if (!device->known)
@@ -212,8 +217,7 @@ static size_t append_device(const struct report_device *device, char *text, size
 				  state->statistics.rtt_smoothed_ns / 1000);
 	else if (state->fault)
 		length = snprintf(text, size, "%s %s: %s", device->name,
-				  pokeys_link_name(state->link),
-				  pokeys_fault_name(state->fault));
+				  pokeys_link_name(state->link), pokeys_fault_name(state->fault));
 	else
 		length = snprintf(text, size, "%s %s", device->name, pokeys_link_name(state->link));
 	return length < 0 ? 0 : (size_t)length < size ? (size_t)length : size - 1;

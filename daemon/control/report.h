@@ -14,7 +14,7 @@
 /* The daemon's first reader: what has been published, as anybody sees it. */
 struct report_device {
 	const char *name;
-	bool known;			/* an image was read */
+	bool known; /* an image was read */
 	struct pokeys_state state;
 	struct pokeys_diag diag;
 };

@@ -13,7 +13,7 @@
 #define TELL_ALL UINT32_MAX		/* of the daemon or the network, and so of each device */
 
 struct teller {
-	const struct config *config;	/* names of the devices */
+	const struct config *config; /* names of the devices */
 	/* Gets each event of a device (index), without its number; NULL = nobody. */
 	void (*show)(void *context, uint32_t device, const struct pokeys_event *event);
 	void *context;

@@ -25,8 +25,10 @@
 #include "daemon/control/waiting.h"
 
 static const char *const names[] = {
-	[CONFIG_WAIT_AUTO] = "auto", [CONFIG_WAIT_SLEEP] = "sleep",
-	[CONFIG_WAIT_NAPI] = "napi", [CONFIG_WAIT_SPIN] = "spin",
+	[CONFIG_WAIT_AUTO] = "auto",
+	[CONFIG_WAIT_SLEEP] = "sleep",
+	[CONFIG_WAIT_NAPI] = "napi",
+	[CONFIG_WAIT_SPIN] = "spin",
 };
 
 const char *waiting_name(enum config_wait wait)
@@ -115,8 +117,7 @@ void waiting_choose(const struct waiting_facts *facts, struct waiting *out)
 	}
 	take(out, facts->wanted, facts);
 	snprintf(out->why, sizeof(out->why), "as configured");
-	if (facts->wanted == CONFIG_WAIT_NAPI &&
-	    lacks_ring(facts, out->why, sizeof(out->why))) {
+	if (facts->wanted == CONFIG_WAIT_NAPI && lacks_ring(facts, out->why, sizeof(out->why))) {
 		take(out, CONFIG_WAIT_SLEEP, facts);
 		out->refused = true;
 	}

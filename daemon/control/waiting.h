@@ -12,21 +12,21 @@
 struct waiting_facts {
 	enum config_wait wanted;
 	enum config_transport transport;
-	int ring;		/* 0, or -errno: io_uring is not to be had */
-	int ring_napi;		/* 0, or -errno: it cannot poll cards */
-	int card_napi;		/* how many queues of the interface can be polled, or -errno */
-	const char *interface;	/* "" = none named */
+	int ring;              /* 0, or -errno: io_uring is not to be had */
+	int ring_napi;         /* 0, or -errno: it cannot poll cards */
+	int card_napi;         /* how many queues of the interface can be polled, or -errno */
+	const char *interface; /* "" = none named */
 	uint32_t busy_poll_us;
-	int cpu;		/* of the realtime thread, -1 = any */
-	bool isolated;		/* from all other work */
-	bool servo;		/* the isolated one of the highest number: LinuxCNC takes it */
+	int cpu;       /* of the realtime thread, -1 = any */
+	bool isolated; /* from all other work */
+	bool servo;    /* the isolated one of the highest number: LinuxCNC takes it */
 };
 
 struct waiting {
-	enum config_wait wait;		/* never auto */
+	enum config_wait wait; /* never auto */
 	enum loop_mode mode;
-	uint32_t busy_poll_us;		/* 0 = do not poll */
-	bool refused;			/* what was asked for is not to be had */
+	uint32_t busy_poll_us; /* 0 = do not poll */
+	bool refused;          /* what was asked for is not to be had */
 	char why[240];
 };
 

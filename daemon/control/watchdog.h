@@ -9,9 +9,9 @@
 #include <stdint.h>
 
 struct watchdog {
-	uint64_t interval_ns;		/* 0 = nobody watches */
+	uint64_t interval_ns; /* 0 = nobody watches */
 	uint64_t next_ns;
-	uint64_t seen;			/* cycles at the last look */
+	uint64_t seen; /* cycles at the last look */
 	const _Atomic uint64_t *cycles;
 	_Atomic bool stop;
 	bool running;

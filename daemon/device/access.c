@@ -24,9 +24,9 @@
 #include "wire/sha1.h"
 
 enum {
-	ROUNDS = 3,		/* questions without answer: then there is no password */
-	TRIES = 5,		/* answers that nobody answered to */
-	ALIKE = 3,		/* answers in a row that tell the same level */
+	ROUNDS = 3, /* questions without answer: then there is no password */
+	TRIES = 5,  /* answers that nobody answered to */
+	ALIKE = 3,  /* answers in a row that tell the same level */
 };
 
 #define AGAIN_NS (10 * SECOND)

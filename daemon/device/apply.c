@@ -13,9 +13,9 @@
 #include "daemon/device/internal.h"
 
 enum {
-	ROUNDS = 3,		/* reads without answer: then the device does not have it */
+	ROUNDS = 3, /* reads without answer: then the device does not have it */
 	WRITES = 3,
-	UNANSWERED = 12,	/* writes, each with all its retries */
+	UNANSWERED = 12, /* writes, each with all its retries */
 };
 
 #define REBOOT_NS (1200 * MS)	/* of the pulse engine, protocol section 3.24.3 */
@@ -70,8 +70,7 @@ static void say_changes(struct device *device, const struct setting *setting)
 	say_each(device, setting, setting->changed, EVENT_CONFIG_CHANGED, EVENT_NOTICE);
 }
 
-uint32_t setting_say_foreign(struct device *device, const struct setting *setting,
-			     uint64_t foreign)
+uint32_t setting_say_foreign(struct device *device, const struct setting *setting, uint64_t foreign)
 {
 	return say_each(device, setting, foreign, EVENT_CONFIG_FOREIGN, EVENT_WARNING);
 }
@@ -100,13 +99,17 @@ void setting_refuse(struct device *device, struct setting *setting, uint64_t dif
 	const struct setting_kind *kind = setting_kind(number, &index);
 
 	setting->state = SETTING_REFUSED;
-	wish_refuse(device, kind->name, number >= SETTING_AXIS ? (uint8_t)index :
-					which < none || !none ? (uint8_t)which : 0);
+	wish_refuse(device, kind->name,
+		    number >= SETTING_AXIS ? (uint8_t)index :
+		    which < none || !none  ? (uint8_t)which :
+					     0);
 	setting->after_ns = device->now_ns + AGAIN_NS;
 	if (device->life.fault != POKEYS_FAULT_CONFIG_REFUSED && !setting->said)
 		device_say(device, EVENT_CONFIG_REFUSED, EVENT_ERROR, kind->write,
-			   event_index(number, which), silent ? SETTING_UNANSWERED :
-			   device->image.identity.locked ? SETTING_LOCKED : SETTING_UNTAKEN);
+			   event_index(number, which),
+			   silent                        ? SETTING_UNANSWERED :
+			   device->image.identity.locked ? SETTING_LOCKED :
+							   SETTING_UNTAKEN);
 	setting->said = true;
 }
 
@@ -325,8 +328,7 @@ bool setting_may_write(const struct device *device)
 {
 	if (running(device))
 		return !device->safe.permitted && motion_standing(device) &&
-		       servoing_standing(device) &&
-		       device->now_ns >= device->life.patient_until_ns;
+		       servoing_standing(device) && device->now_ns >= device->life.patient_until_ns;
 	return device->image.capability.pulse_engine < 2 || device->configure.standing;
 }
 

@@ -18,7 +18,7 @@
 #define FOLLOW_NS UINT64_C(100000000)	/* between changes of a position that moves on */
 
 enum {
-	SPAN = AXIS_PAST / 2,		/* images */
+	SPAN = AXIS_PAST / 2, /* images */
 	MANY = 100,
 	STEADY = 8,
 };
@@ -58,9 +58,9 @@ static void remember(struct axis_wish *wish, const struct axis_images *images)
 	const uint64_t from_ns = wish->past_ns[0];
 	uint64_t i = 1;
 
-	if (!wish->known || (images->count >= AXIS_PAST &&
-			     (!wish->forward || images->count > MANY || each * before <= 0 ||
-			      fabs(each) > 2 * fabs(before)))) {
+	if (!wish->known ||
+	    (images->count >= AXIS_PAST && (!wish->forward || images->count > MANY ||
+					    each * before <= 0 || fabs(each) > 2 * fabs(before)))) {
 		wish->known = 0;
 		i = images->count;
 	} else if (images->count > AXIS_PAST) {
@@ -82,7 +82,7 @@ static double apart_ns(const struct axis_wish *wish, const struct axis_images *i
 		return (after + before) / 2;
 	/* it may be seen earlier or later by a cycle, which is no reason to doubt what it says */
 	return fmin(after, before) > 2 * (double)images->apart_ns ? fmin(after, before) :
-								     (double)images->apart_ns;
+								    (double)images->apart_ns;
 }
 
 /* Pulses in a span, of the slower one, and what they would be now; 0 if they do not agree. */

@@ -9,27 +9,27 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { AXIS_PAST = 9 };			/* positions: two spans of four images each */
+enum { AXIS_PAST = 9 }; /* positions: two spans of four images each */
 
 struct axis_wish {
-	int32_t position;		/* pulses */
-	float velocity;			/* pulses/s, with a sign in velocity mode */
-	uint8_t mode;			/* enum pokeys_axis_mode */
+	int32_t position; /* pulses */
+	float velocity;   /* pulses/s, with a sign in velocity mode */
+	uint8_t mode;     /* enum pokeys_axis_mode */
 	bool enable;
-	bool good;			/* nothing was wrong with it in the newest image */
-	uint64_t moved_ns, moved_before_ns;	/* position changed, the last times; 0 = never */
-	int32_t past[AXIS_PAST];	/* the positions of the last images, newest first */
-	uint64_t past_ns[AXIS_PAST];	/* ... when they were seen */
-	uint8_t known;			/* so many of them */
-	uint8_t steady;			/* for so many images it has moved on one way */
-	float forward;			/* it moves on so fast, pulses/s with a sign; 0 = unknown */
-	float way;			/* pulses: the reference leads by so much, at most */
+	bool good;                          /* nothing was wrong with it in the newest image */
+	uint64_t moved_ns, moved_before_ns; /* position changed, the last times; 0 = never */
+	int32_t past[AXIS_PAST];            /* the positions of the last images, newest first */
+	uint64_t past_ns[AXIS_PAST];        /* ... when they were seen */
+	uint8_t known;                      /* so many of them */
+	uint8_t steady;                     /* for so many images it has moved on one way */
+	float forward; /* it moves on so fast, pulses/s with a sign; 0 = unknown */
+	float way;     /* pulses: the reference leads by so much, at most */
 };
 
 /* New images of a commander: how many there were, and how far apart it says that it writes them. */
 struct axis_images {
-	uint64_t count;			/* 1 or more */
-	uint64_t apart_ns;		/* 0 = it does not say */
+	uint64_t count;    /* 1 or more */
+	uint64_t apart_ns; /* 0 = it does not say */
 	uint64_t seen_ns;
 };
 

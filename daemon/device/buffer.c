@@ -92,8 +92,9 @@ uint64_t buffer_disorder(const struct device *device)
 {
 	const uint64_t seen = device->buffer.disorder_ns;
 	/* with one status at a time, none overtakes another */
-	const uint64_t spread = device->pipeline.depth > 1 ? 0 :
-				2 * device->mailbox.statistics.rtt_variation_ns;
+	const uint64_t spread = device->pipeline.depth > 1 ?
+					0 :
+					2 * device->mailbox.statistics.rtt_variation_ns;
 
 	return (seen > spread ? seen : spread) + BUFFER_SLOT_NS;
 }
@@ -123,8 +124,7 @@ static uint64_t slots_of(uint64_t ns)
 uint8_t buffer_lead(const struct device *device)
 {
 	const uint64_t lost = slots_of(found_out(device));
-	const uint64_t silent = device->buffer.tells_free ?
-				slots_of(device->buffer.silence_ns) : 0;
+	const uint64_t silent = device->buffer.tells_free ? slots_of(device->buffer.silence_ns) : 0;
 	const uint64_t slots = LEAD_LEAST + lost + (silent > 2 * lost ? silent : 2 * lost);
 
 	return (uint8_t)(slots < LEAD_MOST ? slots : LEAD_MOST);
@@ -136,7 +136,7 @@ static void push(struct device *device, const struct buffer_slot *slot)
 
 	if (buffer->pending >= (threading_stretched(device) ? BUFFER_STRETCHED : BUFFER_USUAL)) {
 		threading_spoil(device, POKEYS_TASK_BEHIND);
-		return;		/* absolute positions: the next one says it all */
+		return; /* absolute positions: the next one says it all */
 	}
 	buffer->slot[(buffer->first + buffer->pending++) % BUFFER_PENDING] = *slot;
 }
@@ -200,8 +200,9 @@ bool buffer_arrived(const struct device *device)
 			return false;
 	}
 	for (uint32_t n = 0; n < buffer->pending; n++) {
-		if (!buffer_path_is(device, buffer->slot[(buffer->first + n) % BUFFER_PENDING]
-				    .position, buffer->end))
+		if (!buffer_path_is(device,
+				    buffer->slot[(buffer->first + n) % BUFFER_PENDING].position,
+				    buffer->end))
 			return false;
 	}
 	return true;
@@ -248,8 +249,7 @@ static void come_to_rest(struct device *device)
 /* A slot's time by our clock, so that the device's buffer stays as full as it is to be. */
 static uint64_t slot_time(const struct device *device)
 {
-	int64_t more = (int64_t)buffer_level(device) + device->buffer.pending -
-		       device->buffer.lead;
+	int64_t more = (int64_t)buffer_level(device) + device->buffer.pending - device->buffer.lead;
 
 	if (threading_paces(device))
 		more = 0;
@@ -264,8 +264,8 @@ static void adapt_lead(struct device *device)
 	struct buffer *buffer = &device->buffer;
 	const uint8_t lead = buffer_lead(device);
 
-	if (lead == buffer->lead || (lead < buffer->lead &&
-				     device->tick_ns - buffer->led_ns < SECOND))
+	if (lead == buffer->lead ||
+	    (lead < buffer->lead && device->tick_ns - buffer->led_ns < SECOND))
 		return;
 	buffer->lead = lead > buffer->lead ? lead : (uint8_t)(buffer->lead - 1);
 	buffer->led_ns = device->tick_ns;
@@ -350,8 +350,7 @@ static void clear_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, 
 bool buffer_send(struct device *device)
 {
 	if (clear_due(device))
-		return device->buffer.clear_open =
-			request_send(device, WIRE_OP_PULSE_BUFFER_CLEAR, NULL, clear_ended, NULL,
-				     NULL);
+		return device->buffer.clear_open = request_send(device, WIRE_OP_PULSE_BUFFER_CLEAR,
+								NULL, clear_ended, NULL, NULL);
 	return fill_due(device) && buffer_fill(device);
 }

@@ -17,10 +17,10 @@ struct wire_pulse_status_rep;
 #define BUFFER_SLOT_NS	UINT64_C(1000000)
 
 enum {
-	BUFFER_PENDING = 4096,	/* room for slots made and not known to be in the device */
-	BUFFER_USUAL = 128,	/* most of them that wait to be sent */
-	BUFFER_PATH = 256,	/* slots sent: where the axes are after each */
-	BUFFER_FILL_MOST = 64,	/* slots of one fill; the device has room for 128 */
+	BUFFER_PENDING = 4096, /* room for slots made and not known to be in the device */
+	BUFFER_USUAL = 128,    /* most of them that wait to be sent */
+	BUFFER_PATH = 256,     /* slots sent: where the axes are after each */
+	BUFFER_FILL_MOST = 64, /* slots of one fill; the device has room for 128 */
 	/* ... while the spindle plays them: those of a fill that is lost wait again */
 	BUFFER_STRETCHED = BUFFER_PENDING - BUFFER_FILL_MOST,
 };
@@ -33,41 +33,41 @@ struct buffer_slot {
 };
 
 struct buffer {
-	bool clear_open, cleared;	/* emptied before the engine may run */
-	bool synced;			/* path ends where the device will stand when it is empty */
-	bool open;			/* a fill is under way */
-	bool doubt;			/* ... was not answered: executed or not? */
-	bool busy;			/* slots are being made */
-	bool tells_free;		/* the status counts free slots, not all */
-	uint8_t slots_high;		/* most that a status has named */
-	uint8_t sent;			/* slots of the newest fill */
-	uint8_t parts;			/* enum buffer_parts */
-	uint8_t parts_lost;		/* of those fills, in a row, as long as none was taken */
-	struct wire_multi fill;		/* the newest fill */
-	bool in_parts;			/* ... needed more than one packet */
-	uint8_t data[WIRE_MULTI_DATA];	/* ... its steps */
-	uint8_t lead;			/* slots that the device is ahead of the wire */
-	uint64_t led_ns;		/* when it was changed */
-	uint64_t sent_ns;		/* when the newest fill was sent */
-	uint64_t ended_ns;		/* when it ended */
-	uint64_t asked_ns;		/* when the newest status that came was asked for */
-	uint64_t disorder_ns;		/* by so much statuses have overtaken each other lately */
-	uint64_t came_ns;		/* the last reply to a status or a fill */
-	uint64_t silence_ns;		/* the longest time between two of them lately */
-	uint64_t empty_ns;		/* by then the device has executed all of it */
-	uint64_t still_ns;		/* since then no position has changed */
-	uint64_t made_ns;		/* slots are made up to here */
-	uint64_t tick_ns;		/* of wish_before */
+	bool clear_open, cleared;      /* emptied before the engine may run */
+	bool synced;                   /* path ends where the device will stand when it is empty */
+	bool open;                     /* a fill is under way */
+	bool doubt;                    /* ... was not answered: executed or not? */
+	bool busy;                     /* slots are being made */
+	bool tells_free;               /* the status counts free slots, not all */
+	uint8_t slots_high;            /* most that a status has named */
+	uint8_t sent;                  /* slots of the newest fill */
+	uint8_t parts;                 /* enum buffer_parts */
+	uint8_t parts_lost;            /* of those fills, in a row, as long as none was taken */
+	struct wire_multi fill;        /* the newest fill */
+	bool in_parts;                 /* ... needed more than one packet */
+	uint8_t data[WIRE_MULTI_DATA]; /* ... its steps */
+	uint8_t lead;                  /* slots that the device is ahead of the wire */
+	uint64_t led_ns;               /* when it was changed */
+	uint64_t sent_ns;              /* when the newest fill was sent */
+	uint64_t ended_ns;             /* when it ended */
+	uint64_t asked_ns;             /* when the newest status that came was asked for */
+	uint64_t disorder_ns;          /* by so much statuses have overtaken each other lately */
+	uint64_t came_ns;              /* the last reply to a status or a fill */
+	uint64_t silence_ns;           /* the longest time between two of them lately */
+	uint64_t empty_ns;             /* by then the device has executed all of it */
+	uint64_t still_ns;             /* since then no position has changed */
+	uint64_t made_ns;              /* slots are made up to here */
+	uint64_t tick_ns;              /* of wish_before */
 	int32_t still[POKEYS_AXES];
 	int32_t wish_before[POKEYS_AXES];
-	int32_t step[POKEYS_AXES];	/* of the last slot */
-	uint32_t first, pending;	/* pending slots */
-	uint64_t rest, begun;		/* the slots that only fill it: behind rest, to begun */
+	int32_t step[POKEYS_AXES]; /* of the last slot */
+	uint32_t first, pending;   /* pending slots */
+	uint64_t rest, begun;      /* the slots that only fill it: behind rest, to begun */
 	/* path: the slot executed last, the last one accepted; 32 bits are 49.7 days of motion */
 	uint64_t seen, end;
 	struct buffer_slot slot[BUFFER_PENDING];
 	struct buffer_slot path[BUFFER_PATH];
-	struct buffer_slot wished[BUFFER_PATH];	/* the command of each slot of the path */
+	struct buffer_slot wished[BUFFER_PATH]; /* the command of each slot of the path */
 };
 
 /* buffer.c: once a cycle, after motion has decided; then the request that is due. */

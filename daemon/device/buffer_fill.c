@@ -61,7 +61,9 @@ static void take_slots(struct device *device)
 	k = k < most ? k : most;
 	buffer->in_parts = k > room(device, width, false);
 	buffer->fill = (struct wire_multi){
-		.width = width, .slots = (uint8_t)k, .axes = device->image.engine.axes_enabled,
+		.width = width,
+		.slots = (uint8_t)k,
+		.axes = device->image.engine.axes_enabled,
 	};
 }
 
@@ -142,7 +144,7 @@ static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *
 	(void)context;
 	device->now_ns = now_ns;
 	if (!buffer->open)
-		return;		/* it was not sent: what is known of the one before holds */
+		return; /* it was not sent: what is known of the one before holds */
 	buffer->open = false;
 	buffer->ended_ns = now_ns;
 	buffer->doubt = buffer->synced && !answered(entry);
@@ -192,21 +194,26 @@ static bool send_packet(struct device *device)
 {
 	const struct buffer *buffer = &device->buffer;
 	struct wire_pulse_fill_req fill = {
-		.slots = buffer->fill.slots, .axes = buffer->fill.axes,
+		.slots = buffer->fill.slots,
+		.axes = buffer->fill.axes,
 	};
 
 	memcpy(fill.data, buffer->data, sizeof(fill.data));
-	return request_send_patiently(device, buffer->fill.width == WIRE_SLOTS_16BIT ?
-				      WIRE_OP_PULSE_FILL16 : WIRE_OP_PULSE_FILL8, &fill, ended,
-				      buffer_patience(device));
+	return request_send_patiently(device,
+				      buffer->fill.width == WIRE_SLOTS_16BIT ?
+					      WIRE_OP_PULSE_FILL16 :
+					      WIRE_OP_PULSE_FILL8,
+				      &fill, ended, buffer_patience(device));
 }
 
 static bool send_parts(struct device *device)
 {
 	const struct buffer *buffer = &device->buffer;
 	struct wire_pulse_fill_part_req last = {
-		.part = (WIRE_MULTI_PARTS - 1) | WIRE_MULTI_STOP, .width = buffer->fill.width,
-		.slots = buffer->fill.slots, .axes = buffer->fill.axes,
+		.part = (WIRE_MULTI_PARTS - 1) | WIRE_MULTI_STOP,
+		.width = buffer->fill.width,
+		.slots = buffer->fill.slots,
+		.axes = buffer->fill.axes,
 	};
 
 	memcpy(last.data, &buffer->data[WIRE_MULTI_DATA - WIRE_FILL_DATA], sizeof(last.data));

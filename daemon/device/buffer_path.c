@@ -137,8 +137,10 @@ void buffer_path_step(struct device *device, uint64_t after, const struct buffer
 		const int64_t distance = (int64_t)to->position[i] - from->position[i];
 
 		device->buffer.step[i] = buffer_axes(device) >> i & 1 ?
-					 step_of(device, i, distance, (int64_t)to->position[i] -
-						 to_before->position[i]) : 0;
+						 step_of(device, i, distance,
+							 (int64_t)to->position[i] -
+								 to_before->position[i]) :
+						 0;
 		next->position[i] = from->position[i] + device->buffer.step[i];
 	}
 }
@@ -154,7 +156,8 @@ static const struct buffer_slot *wished(const struct buffer *buffer, uint64_t sl
 	const uint64_t last = last_sent(buffer);
 
 	return slot <= last ? &buffer->wished[slot % BUFFER_PATH] :
-	       &buffer->slot[(buffer->first + (uint32_t)(slot - last) - 1) % BUFFER_PENDING];
+			      &buffer->slot[(buffer->first + (uint32_t)(slot - last) - 1) %
+					    BUFFER_PENDING];
 }
 
 /*
@@ -184,12 +187,12 @@ void buffer_tell_error(struct device *device)
 		const bool is_driven = axis->mode == POKEYS_AXIS_BUFFERED && axis->enabled;
 
 		axis->delayed = !is_driven ? 0 :
-			(int32_t)((uint32_t)wished(buffer, made)->position[i] -
-				  (uint32_t)wished(buffer, then)->position[i]);
+					     (int32_t)((uint32_t)wished(buffer, made)->position[i] -
+						       (uint32_t)wished(buffer, then)->position[i]);
 		if (is_driven)
-			axis->following_error =
-				(int32_t)((uint32_t)moving_axis_asked(device, i) -
-					  (uint32_t)axis->delayed - (uint32_t)axis->position);
+			axis->following_error = (int32_t)((uint32_t)moving_axis_asked(device, i) -
+							  (uint32_t)axis->delayed -
+							  (uint32_t)axis->position);
 	}
 }
 

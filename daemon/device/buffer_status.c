@@ -104,8 +104,8 @@ void buffer_resolve(struct device *device, bool executed)
 	buffer_take_back(device, buffer->sent);
 }
 
-static bool on_path(const struct device *device, const int32_t position[POKEYS_AXES],
-		    uint64_t end, uint32_t left)
+static bool on_path(const struct device *device, const int32_t position[POKEYS_AXES], uint64_t end,
+		    uint32_t left)
 {
 	if (left > end || end - left + OLDER < device->buffer.seen)
 		return false;
@@ -159,11 +159,11 @@ static void judge_by_position(struct device *device, const struct wire_pulse_sta
 
 	if (buffer_path_find(device, status->position, buffer->seen, buffer->end, &at)) {
 		if (device->now_ns >= buffer->empty_ns)
-			buffer_lose_sync(device);	/* seen by now, or it has no motion */
+			buffer_lose_sync(device); /* seen by now, or it has no motion */
 		return;
 	}
-	if (buffer_path_find(device, status->position, buffer->end + 1,
-			     buffer->end + buffer->sent, &at))
+	if (buffer_path_find(device, status->position, buffer->end + 1, buffer->end + buffer->sent,
+			     &at))
 		buffer_resolve(device, true);
 }
 
@@ -190,7 +190,7 @@ static bool follow(struct device *device, const struct wire_pulse_status_rep *st
 			return false;
 		at = buffer->end - used(buffer, status);
 	} else if ((threading_stretched(device) ? !buffer->tells_free :
-		    device->now_ns >= buffer->empty_ns) &&
+						  device->now_ns >= buffer->empty_ns) &&
 		   buffer_path_is(device, status->position, buffer->end)) {
 		at = buffer->end;
 	} else if (!buffer_path_find(device, status->position, before, last, &at)) {
@@ -217,8 +217,8 @@ void buffer_watch(struct device *device, const struct wire_pulse_status_rep *sta
 
 	if (buffer->synced && !buffer->doubt && !buffer->open && !buffer->tells_free &&
 	    status->engine_state == WIRE_ENGINE_RUNNING && !threading_paces(device) &&
-	    asked_ns >= buffer->ended_ns &&
-	    asked_ns >= buffer->empty_ns + STILL_NS && asked_ns >= buffer->still_ns + STILL_NS &&
+	    asked_ns >= buffer->ended_ns && asked_ns >= buffer->empty_ns + STILL_NS &&
+	    asked_ns >= buffer->still_ns + STILL_NS &&
 	    !buffer_path_is(device, status->position, buffer->end))
 		buffer_lose_sync(device);
 }

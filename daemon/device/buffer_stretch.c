@@ -85,8 +85,8 @@ bool buffer_fill_worth_it(const struct device *device)
 }
 
 /* So many slots before `end`; the slot under way is out of the buffer, or still in it. */
-static bool is_about(const struct device *device, const int32_t position[POKEYS_AXES],
-		     uint64_t end, uint32_t left)
+static bool is_about(const struct device *device, const int32_t position[POKEYS_AXES], uint64_t end,
+		     uint32_t left)
 {
 	uint64_t at;
 
@@ -124,8 +124,8 @@ static void judge_by_position(struct device *device, const int32_t position[POKE
 	uint64_t at;
 
 	if (!buffer_path_find(device, position, buffer->seen, buffer->end, &at)) {
-		if (buffer_path_find(device, position, buffer->end + 1,
-				     buffer->end + buffer->sent, &at))
+		if (buffer_path_find(device, position, buffer->end + 1, buffer->end + buffer->sent,
+				     &at))
 			buffer_resolve(device, true);
 		return;
 	}

@@ -67,8 +67,8 @@ void heating_terminals(const struct heating_config *config, unsigned int count,
 {
 	out->heaters = (uint8_t)(count < POKEYS_HEATERS ? count : POKEYS_HEATERS);
 	for (unsigned int i = 0; i < out->heaters; i++) {
-		out->heater[i].sensor = UINT64_C(1) << (WIRE_ANALOG_FIRST_PIN - 1 +
-							config[i].sensor);
+		out->heater[i].sensor = UINT64_C(1)
+					<< (WIRE_ANALOG_FIRST_PIN - 1 + config[i].sensor);
 		if (config[i].kind == HEATING_PIN)
 			out->heater[i].output = UINT64_C(1) << config[i].output;
 		else

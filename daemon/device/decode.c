@@ -42,8 +42,8 @@ static void show(struct device *device, unsigned int i, uint64_t asked_ns)
 	device->image.encoder_resync[i] = device->encoder[i].resync;
 }
 
-static void take_low_bytes(struct device *device, const struct wire_io_rep *io,
-			   uint64_t asked_ns, uint64_t t_ns)
+static void take_low_bytes(struct device *device, const struct wire_io_rep *io, uint64_t asked_ns,
+			   uint64_t t_ns)
 {
 	for (unsigned int i = 0; i < WIRE_BASIC_ENCODERS; i++) {
 		enum encoder_verdict verdict;
@@ -161,8 +161,7 @@ void decode_init(struct device *device)
 		no_soft_limits(&device->image.engine.axis[i]);
 }
 
-void decode_axis_setup(struct device *device, unsigned int i,
-		       const struct wire_axis_config *config)
+void decode_axis_setup(struct device *device, unsigned int i, const struct wire_axis_config *config)
 {
 	const uint8_t planner = WIRE_AXIS_INTERNAL_PLANNER | WIRE_AXIS_POSITION_MODE;
 	struct pokeys_axis *axis = &device->image.engine.axis[i];
@@ -172,8 +171,8 @@ void decode_axis_setup(struct device *device, unsigned int i,
 		if (!(config->options & WIRE_AXIS_INTERNAL_PLANNER))
 			axis->mode = POKEYS_AXIS_BUFFERED;
 		else
-			axis->mode = (config->options & planner) == planner ?
-				     POKEYS_AXIS_POSITION : POKEYS_AXIS_VELOCITY;
+			axis->mode = (config->options & planner) == planner ? POKEYS_AXIS_POSITION :
+									      POKEYS_AXIS_VELOCITY;
 	}
 	if (config->options & WIRE_AXIS_FAST_OUTPUT)
 		axis->mode = POKEYS_AXIS_OFF;
@@ -188,9 +187,8 @@ void decode_axis_setup(struct device *device, unsigned int i,
 
 static bool axis_stands(uint8_t state)
 {
-	return state == WIRE_AXIS_STOPPED || state == WIRE_AXIS_READY ||
-	       state == WIRE_AXIS_HOME || state == WIRE_AXIS_PROBED ||
-	       state == WIRE_AXIS_ERROR || state == WIRE_AXIS_LIMIT;
+	return state == WIRE_AXIS_STOPPED || state == WIRE_AXIS_READY || state == WIRE_AXIS_HOME ||
+	       state == WIRE_AXIS_PROBED || state == WIRE_AXIS_ERROR || state == WIRE_AXIS_LIMIT;
 }
 
 static void take_axis(struct device *device, unsigned int i,
@@ -227,8 +225,8 @@ static void take_engine_state(struct device *device, uint8_t state)
 
 	device->image.engine.state = state;
 	if (state != before && (engine_tripped(state) || engine_tripped(before)))
-		device_say(device, EVENT_ENGINE,
-			   engine_tripped(state) ? EVENT_ERROR : EVENT_NOTICE, state, before, 0);
+		device_say(device, EVENT_ENGINE, engine_tripped(state) ? EVENT_ERROR : EVENT_NOTICE,
+			   state, before, 0);
 }
 
 /* 0 = there is none. */
@@ -267,8 +265,7 @@ bool decode_status(struct device *device, const mailbox_entry_t *entry)
 	struct wire_pulse_status_rep status;
 
 	wire_pulse_status_decode_rep(entry->response_buffer, &status);
-	if (!decode_engine(device, &status, entry->timestamp_first_sent,
-			   entry->timestamp_received))
+	if (!decode_engine(device, &status, entry->timestamp_first_sent, entry->timestamp_received))
 		return false;
 	buffer_status(device, &status, entry->timestamp_first_sent);
 	buffer_watch(device, &status, entry->timestamp_first_sent);

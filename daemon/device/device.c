@@ -55,7 +55,9 @@ void device_init(struct device *device, const struct device_config *config,
 		 const struct pokeys_io *io, struct event_ring *events)
 {
 	const struct pokeys_io own = {
-		.send = transmit, .receive = io->receive ? receive : NULL, .context = device,
+		.send = transmit,
+		.receive = io->receive ? receive : NULL,
+		.context = device,
 	};
 
 	memset(device, 0, sizeof(*device));

@@ -24,40 +24,40 @@
 enum {
 	DEVICE_RESUME_PWM = 1u << 0,
 	DEVICE_RESUME_POEXTBUS = 1u << 1,
-	DEVICE_RESUME_EXTERNAL = 1u << 2,	/* external outputs and relays */
+	DEVICE_RESUME_EXTERNAL = 1u << 2, /* external outputs and relays */
 	DEVICE_RESUME_PONET = 1u << 3,
 };
 
 /* An axis of the pulse engine, as the daemon drives it. */
 struct device_axis_config {
 	char name[POKEYS_AXIS_NAME];
-	double pulses_per_unit;		/* below 0: the count falls; 0: on no path */
-	bool lead;			/* references lead a position that moves on */
+	double pulses_per_unit; /* below 0: the count falls; 0: on no path */
+	bool lead;              /* references lead a position that moves on */
 };
 
 /* From pokeysd.conf (or a test); copied at init, never changed afterwards. */
 struct device_config {
 	char name[32];
-	uint8_t index;			/* in the daemon, for events */
-	uint32_t serial;		/* 0 = whoever answers at the address */
+	uint8_t index;   /* in the daemon, for events */
+	uint32_t serial; /* 0 = whoever answers at the address */
 	/* IPv4, host byte order; 0 = by discovery. Nothing is sent there but after
 	 * device_set_address(): it may be that somebody else drives it. */
 	uint32_t address;
-	uint16_t port;			/* 20055 */
-	uint64_t period_ns;		/* of the loop */
-	uint64_t heartbeat_timeout_ns;	/* commander late -> safe state */
-	uint64_t stale_after_ns;	/* fast data older -> stale flag */
-	uint64_t lost_after_ns;		/* no valid reply for this long -> lost */
-	uint32_t fast_divider;		/* fast requests every n-th cycle, >= 1 */
-	double slow_hz, encoder_hz, analog_hz;	/* rates of the slow groups */
-	bool slow_together;		/* all of them in one cycle, at slow_hz; not PoNET's */
+	uint16_t port;                         /* 20055 */
+	uint64_t period_ns;                    /* of the loop */
+	uint64_t heartbeat_timeout_ns;         /* commander late -> safe state */
+	uint64_t stale_after_ns;               /* fast data older -> stale flag */
+	uint64_t lost_after_ns;                /* no valid reply for this long -> lost */
+	uint32_t fast_divider;                 /* fast requests every n-th cycle, >= 1 */
+	double slow_hz, encoder_hz, analog_hz; /* rates of the slow groups */
+	bool slow_together; /* all of them in one cycle, at slow_hz; not PoNET's */
 	struct pokeys_options mailbox;
 
-	uint8_t safe_mask[8];		/* outputs that the safe state touches, besides all that
-					 * a commander ever drove */
-	uint8_t safe_outputs[8];	/* their values */
-	uint8_t safe_hold[8];		/* outputs it leaves as they are, whoever drove them */
-	bool emergency_holds;		/* the commander's emergency stop stops axes only */
+	uint8_t safe_mask[8];    /* outputs that the safe state touches, besides all that
+				  * a commander ever drove */
+	uint8_t safe_outputs[8]; /* their values */
+	uint8_t safe_hold[8];    /* outputs it leaves as they are, whoever drove them */
+	bool emergency_holds;    /* the commander's emergency stop stops axes only */
 	/*
 	 * What follows a commander at once after a loss, instead of staying safe until
 	 * machine-on rises. Auto: none of a device that is there to move something, all of
@@ -65,23 +65,23 @@ struct device_config {
 	 */
 	bool resume_auto;
 	uint8_t resume_outputs[8];
-	uint8_t resume_parts;		/* DEVICE_RESUME_* */
-	struct pokeys_settings settings;	/* what it wants of the device's own settings */
+	uint8_t resume_parts;            /* DEVICE_RESUME_* */
+	struct pokeys_settings settings; /* what it wants of the device's own settings */
 	struct heating_config heater[POKEYS_HEATERS];
-	double heater_watts;		/* of all heaters together, at most; 0 = unlimited */
+	double heater_watts; /* of all heaters together, at most; 0 = unlimited */
 	uint8_t heaters;
 	struct servoing_config servo[POKEYS_SERVOS];
 	uint8_t servos;
-	double corner_deviation;	/* of paths, units */
+	double corner_deviation; /* of paths, units */
 	struct device_axis_config axis[POKEYS_AXES];
-	char password[33];		/* of the device, NUL terminated; protocol section 1.11 */
+	char password[33]; /* of the device, NUL terminated; protocol section 1.11 */
 	bool have_password;
 };
 
 /* Defaults of every field (name empty, serial 0, address 0). Any thread. */
 void device_config_defaults(struct device_config *config);
 
-struct device;			/* see daemon/device/internal.h; sized by device_size() */
+struct device; /* see daemon/device/internal.h; sized by device_size() */
 
 /* Bytes an instance needs, 64-byte aligned; the caller provides them zeroed. */
 size_t device_size(void);
@@ -157,8 +157,8 @@ void device_wanted(struct device *device, const struct pokeys_settings *wanted);
 bool device_report(struct device *device, struct pokeys_report *out);
 
 enum device_order {
-	DEVICE_ORDER_SAVE,	/* the settings as they are, into the device's flash */
-	DEVICE_ORDER_APPLY,	/* read, compare and write all settings once more */
+	DEVICE_ORDER_SAVE,  /* the settings as they are, into the device's flash */
+	DEVICE_ORDER_APPLY, /* read, compare and write all settings once more */
 	DEVICE_ORDER_REBOOT,
 };
 

@@ -10,24 +10,24 @@
 #include <stdint.h>
 
 struct encoder {
-	int32_t count;		/* last one that is certain; wraps at 2^32 */
-	uint64_t t_ns;		/* when it was sampled: when its answer came */
-	uint64_t asked_ns;	/* ... and not before it was asked for */
-	double rate;		/* counts per ns, of late */
-	bool known;		/* count is the device's, not just a start value */
-	bool doubt;		/* 8-bit samples are ignored until a 32-bit one comes */
-	bool begun;		/* in doubt because nothing is known of its speed yet */
+	int32_t count;     /* last one that is certain; wraps at 2^32 */
+	uint64_t t_ns;     /* when it was sampled: when its answer came */
+	uint64_t asked_ns; /* ... and not before it was asked for */
+	double rate;       /* counts per ns, of late */
+	bool known;        /* count is the device's, not just a start value */
+	bool doubt;        /* 8-bit samples are ignored until a 32-bit one comes */
+	bool begun;        /* in doubt because nothing is known of its speed yet */
 	bool marked;
-	uint8_t late;		/* 32-bit samples in a row that were too slow to end a doubt */
-	int32_t mark;		/* count when a 32-bit read was begun */
-	uint32_t resync;	/* jumps that a 32-bit sample mended */
-	uint32_t slips;		/* ... of a count that was published, and was wrong */
+	uint8_t late;    /* 32-bit samples in a row that were too slow to end a doubt */
+	int32_t mark;    /* count when a 32-bit read was begun */
+	uint32_t resync; /* jumps that a 32-bit sample mended */
+	uint32_t slips;  /* ... of a count that was published, and was wrong */
 };
 
 enum encoder_verdict {
-	ENCODER_TAKEN,		/* the count follows the sample */
-	ENCODER_CHECK,		/* taken, but read all 32 bits soon: the gap was long */
-	ENCODER_HELD,		/* not taken: read all 32 bits now */
+	ENCODER_TAKEN, /* the count follows the sample */
+	ENCODER_CHECK, /* taken, but read all 32 bits soon: the gap was long */
+	ENCODER_HELD,  /* not taken: read all 32 bits now */
 };
 
 /*

@@ -243,7 +243,7 @@ static const char *const fault_names[COMMAND_FAULTS] = {
 				      "add pokeys.N.read before pokeys.N.write in the same "
 				      "thread: axis",
 	[COMMAND_FAULT_UNREAD] = NULL,
-	[COMMAND_FAULT_NOT_OFFERED] = NULL,	/* has a text of its own */
+	[COMMAND_FAULT_NOT_OFFERED] = NULL, /* has a text of its own */
 	[COMMAND_FAULT_ONE_SHOT_RING] = "the one-shot ring holds at most 64, it claims",
 	[COMMAND_FAULT_PWM_CHANNEL] = "only PWM channels 0 to 5 can be enabled, the bits are",
 	[COMMAND_FAULT_PWM_DUTY] = "duty is above the period, PWM channel",
@@ -279,12 +279,9 @@ const char *event_part_name(int64_t part)
 }
 
 static const char *const task_names[] = {
-	[POKEYS_TASK_NONE] = "nothing",
-	[POKEYS_TASK_HOMING] = "homing",
-	[POKEYS_TASK_PROBING] = "probing",
-	[POKEYS_TASK_HYBRID_PROBING] = "hybrid probing",
-	[POKEYS_TASK_JOGGING] = "jogging",
-	[POKEYS_TASK_THREADING] = "threading",
+	[POKEYS_TASK_NONE] = "nothing",    [POKEYS_TASK_HOMING] = "homing",
+	[POKEYS_TASK_PROBING] = "probing", [POKEYS_TASK_HYBRID_PROBING] = "hybrid probing",
+	[POKEYS_TASK_JOGGING] = "jogging", [POKEYS_TASK_THREADING] = "threading",
 };
 
 const char *event_task_name(int64_t task)

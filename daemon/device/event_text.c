@@ -22,8 +22,9 @@
 static void put_link(struct line *line, const struct event *e)
 {
 	if (e->a == e->b)
-		put(line, "still %s%s", event_link_name(e->a), e->c == POKEYS_FAULT_NONE ?
-		    ": the fault reported before has gone" : event_fault_text(e->c));
+		put(line, "still %s%s", event_link_name(e->a),
+		    e->c == POKEYS_FAULT_NONE ? ": the fault reported before has gone" :
+						event_fault_text(e->c));
 	else
 		put(line, "%s (was %s)%s", event_link_name(e->a), event_link_name(e->b),
 		    event_fault_text(e->c));
@@ -31,14 +32,15 @@ static void put_link(struct line *line, const struct event *e)
 
 static void put_identified(struct line *line, const struct event *e)
 {
-	put(line, "is serial number %lld, hardware %lld, firmware %lld.%lld.%lld",
-	    (long long)e->a, (long long)e->b, (long long)(e->c >> 16 & 0xff),
-	    (long long)(e->c >> 8 & 0xff), (long long)(e->c & 0xff));
+	put(line, "is serial number %lld, hardware %lld, firmware %lld.%lld.%lld", (long long)e->a,
+	    (long long)e->b, (long long)(e->c >> 16 & 0xff), (long long)(e->c >> 8 & 0xff),
+	    (long long)(e->c & 0xff));
 }
 
 static void put_wrong_serial(struct line *line, const struct event *e)
 {
-	put(line, "serial number %lld answers, but %lld is configured; the device is not used: "
+	put(line,
+	    "serial number %lld answers, but %lld is configured; the device is not used: "
 	    "check address and serial",
 	    (long long)e->a, (long long)e->b);
 }
@@ -94,8 +96,8 @@ static void put_setting(struct line *line, const struct event *e)
 static void put_function(struct line *line, int64_t function)
 {
 	static const char *const names[0x80] = {
-		[0x00] = "inactive", [0x02] = "digital input", [0x04] = "digital output",
-		[0x08] = "analog input", [0x10] = "analog output", [0x40] = "counter input",
+		[0x00] = "inactive",      [0x02] = "digital input", [0x04] = "digital output",
+		[0x08] = "analog input",  [0x10] = "analog output", [0x40] = "counter input",
 		[0x42] = "counter input",
 	};
 	const char *name = names[function & 0x7f];
@@ -128,7 +130,7 @@ static void put_config_foreign(struct line *line, const struct event *e)
 		put_function(line, e->c);
 	}
 	put(line, "; until the machine is off, this applies, then it is set again. Look for "
-	    "another program that uses this device");
+		  "another program that uses this device");
 }
 
 static void put_config_refused(struct line *line, const struct event *e)
@@ -136,13 +138,13 @@ static void put_config_refused(struct line *line, const struct event *e)
 	put_setting(line, e);
 	if (e->c == SETTING_UNANSWERED)
 		put(line, ": the device answers no request about it; check the network, and "
-		    "whether its firmware has this setting, or remove the setting");
+			  "whether its firmware has this setting, or remove the setting");
 	else if (e->c == SETTING_LOCKED)
 		put(line, " was refused by the device: its configuration is locked; unlock it or "
-		    "remove that setting");
+			  "remove that setting");
 	else if (e->a == WIRE_OP_POSTEP_MODES)
 		put(line, " did not take its step mode or temperature limit; check that it has "
-		    "power, and its type and I2C address");
+			  "power, and its type and I2C address");
 	else
 		put(line, " was refused by the device; check the value, or whether it is locked");
 }
@@ -156,7 +158,8 @@ static void put_config_missing(struct line *line, const struct event *e)
 	if (e->c)
 		put(line, " is configured, but only a PoKeys57CNC has it; remove those settings");
 	else
-		put(line, " is configured, but this firmware does not have it (%lld.%lld.%lld "
+		put(line,
+		    " is configured, but this firmware does not have it (%lld.%lld.%lld "
 		    "does); update the device or remove those settings",
 		    (long long)(e->b >> 16 & 0xff), (long long)(e->b >> 8 & 0xff),
 		    (long long)(e->b & 0xff));
@@ -180,14 +183,16 @@ static void put_step_mode(struct line *line, const struct event *e)
 	put(line, "motion is not permitted: the PoStep driver of axis %lld ", (long long)e->a);
 	if (e->c < 0) {
 		put(line, "is still switching to a step mode that is no longer configured; "
-		    "wait until it has switched");
+			  "wait until it has switched");
 	} else {
 		if (e->b < 0)
 			put(line, "does not report its step mode");
 		else
 			put(line, "has step mode 1/%lld", 1LL << (e->b & 31));
-		put(line, ", but 1/%lld is configured; wait until it is set up (check its power "
-		    "and that setting)", 1LL << (e->c & 31));
+		put(line,
+		    ", but 1/%lld is configured; wait until it is set up (check its power "
+		    "and that setting)",
+		    1LL << (e->c & 31));
 	}
 	put(line, ", then switch the machine on again");
 }
@@ -201,23 +206,21 @@ static void put_wish_refused(struct line *line, const struct event *e)
 	for (; *part; part++)
 		put(line, "%c", *part == '_' ? '-' : *part | 0x20);
 	put(line, ", is out of range for this device; the previous value stays "
-	    "in use");
+		  "in use");
 }
 
 static void put_locked(struct line *line, const struct event *e)
 {
 	switch (e->a) {
 	case LOCK_NO_PASSWORD:
-		put(line, "requires a password (level %lld); set password-file",
-		    (long long)e->b);
+		put(line, "requires a password (level %lld); set password-file", (long long)e->b);
 		break;
 	case LOCK_WRONG_PASSWORD:
-		put(line, "rejects the password in password-file (level %lld)",
-		    (long long)e->b);
+		put(line, "rejects the password in password-file (level %lld)", (long long)e->b);
 		break;
 	default:
 		put(line, "settings differ, but its configuration is locked; unlock it or remove "
-		    "those settings");
+			  "those settings");
 		break;
 	}
 }
@@ -236,7 +239,7 @@ static void put_commander(struct line *line, const struct event *e)
 		put(line, "the commander has ended");
 	else if (e->b < 0)
 		put(line, "another commander has begun, or the same one again; "
-		    "no heartbeat from it yet");
+			  "no heartbeat from it yet");
 	else
 		put(line, "the commander's heartbeat is %lld us late", (long long)e->b);
 }
@@ -247,14 +250,14 @@ static void put_safe(struct line *line, const struct event *e)
 		put(line, "outputs and axes are in the safe state");
 	else
 		put(line, e->b ? "left the safe state" :
-		    "safe state unknown: the device does not answer");
+				 "safe state unknown: the device does not answer");
 }
 
 static void put_outputs_held(struct line *line, const struct event *e)
 {
 	if (e->a)
 		put(line, "outputs are held in the safe state; switch the machine off and on "
-		    "(exceptions after a loss: resume-outputs in pokeysd.conf)");
+			  "(exceptions after a loss: resume-outputs in pokeysd.conf)");
 	else
 		put(line, "outputs follow the commander again");
 }
@@ -263,16 +266,16 @@ static void put_emergency(struct line *line, const struct event *e)
 {
 	if (e->a)
 		put(line, "emergency stop from the commander: axes stop, outputs %s",
-		    e->b ? "follow the commander (on-emergency = hold)" :
-		    "go to the safe state");
+		    e->b ? "follow the commander (on-emergency = hold)" : "go to the safe state");
 	else
 		put(line, "emergency stop from the commander released; switch the machine off "
-		    "and on to continue");
+			  "and on to continue");
 }
 
 static void put_suspended(struct line *line, const struct event *e)
 {
-	put(line, "the computer was suspended for %lld.%lld s; all devices count as lost: switch "
+	put(line,
+	    "the computer was suspended for %lld.%lld s; all devices count as lost: switch "
 	    "the machine off and on",
 	    (long long)e->a / 1000, (long long)e->a / 100 % 10);
 }
@@ -340,7 +343,7 @@ static void put_unread(struct line *line, int64_t age_ms)
 		put(line, "machine-on: the positions known to the commander are %lld ms old",
 		    (long long)age_ms);
 	put(line, "; add pokeys.N.read before pokeys.N.write in the same thread (addf), then "
-	    "switch the machine off and on");
+		  "switch the machine off and on");
 }
 
 static void put_bad_command(struct line *line, const struct event *e)
@@ -356,7 +359,8 @@ static void put_bad_command(struct line *line, const struct event *e)
 
 static void put_foreign_image(struct line *line, const struct event *e)
 {
-	put(line, "command image of another layout (magic 0x%llx, version %lld); "
+	put(line,
+	    "command image of another layout (magic 0x%llx, version %lld); "
 	    "daemon and commander must be of one release",
 	    (unsigned long long)e->a, (long long)e->b);
 }
@@ -365,7 +369,7 @@ static void put_foreign_wish(struct line *line, const struct event *e)
 {
 	(void)e;
 	put(line, "the commander's settings request is refused: it has a different layout, or no "
-	    "session or generation; daemon and commander must be of one release");
+		  "session or generation; daemon and commander must be of one release");
 }
 
 /* '#' in the text stands for the axis or encoder. */
@@ -429,11 +433,11 @@ static void put_engine(struct line *line, const struct event *e)
 	switch (e->a) {
 	case 100:
 		put(line, "pulse engine stopped by a limit switch; clear the fault (in LinuxCNC: "
-		    "reset the emergency stop) to go on");
+			  "reset the emergency stop) to go on");
 		break;
 	case 101:
 		put(line, "pulse engine stopped by the emergency input; clear the fault (in "
-		    "LinuxCNC: reset the emergency stop) to go on");
+			  "LinuxCNC: reset the emergency stop) to go on");
 		break;
 	default:
 		put(line, "pulse engine went from state %lld to %lld", (long long)e->b,
@@ -451,12 +455,16 @@ static void put_phase(struct line *line, const struct event *e)
 		    period, jitter);
 		break;
 	case POKEYS_PHASE_SEEKING:
-		put(line, "the cycle cannot follow the commander's thread: its reads come too "
-		    "irregularly (every %g us, jitter %.0f us)", period, jitter);
+		put(line,
+		    "the cycle cannot follow the commander's thread: its reads come too "
+		    "irregularly (every %g us, jitter %.0f us)",
+		    period, jitter);
 		break;
 	case POKEYS_PHASE_UNFIT:
-		put(line, "the cycle cannot follow the commander's thread: its period of %g us is "
-		    "no multiple or part of period-us", period);
+		put(line,
+		    "the cycle cannot follow the commander's thread: its period of %g us is "
+		    "no multiple or part of period-us",
+		    period);
 		break;
 	default:
 		put(line, "the cycle follows no commander's thread");
@@ -466,7 +474,7 @@ static void put_phase(struct line *line, const struct event *e)
 static void put_not_safe(struct line *line, const struct event *e)
 {
 	put(line, "the safe state was not acknowledged: outputs may still be on, axes may still "
-	    "move; its own failsafe ");
+		  "move; its own failsafe ");
 	if (e->a < 0)
 		put(line, "is not known");
 	else if (!e->a)
@@ -484,7 +492,8 @@ static void put_shared(struct line *line, const struct event *e)
 	char a[SETTINGS_NAME_MAX], b[SETTINGS_NAME_MAX], list[TERMINAL_LIST_MAX];
 	const uint64_t terminals = (uint64_t)e->a & ((UINT64_C(1) << POKEYS_PINS) - 1);
 
-	put(line, "%s %s used by %s and by %s on this board, and can only be used by one of them; "
+	put(line,
+	    "%s %s used by %s and by %s on this board, and can only be used by one of them; "
 	    "remove the other in pokeysd.conf or in HAL",
 	    terminal_list(terminals, list), terminals & (terminals - 1) ? "are" : "is",
 	    terminal_owner_name((unsigned int)e->b, a), terminal_owner_name((unsigned int)e->c, b));
@@ -495,11 +504,14 @@ static void put_absent(struct line *line, const struct event *e)
 	char list[TERMINAL_LIST_MAX];
 	const uint64_t terminals = (uint64_t)e->a & ((UINT64_C(1) << POKEYS_PINS) - 1);
 
-	put(line, "%s cannot be %s on this board; choose another one in pokeysd.conf or in HAL "
-	    "(pokeysctl terminals MODEL lists them)", terminal_list(terminals, list),
-	    e->b == WIRE_PIN_COUNTER ? "a counter" :
+	put(line,
+	    "%s cannot be %s on this board; choose another one in pokeysd.conf or in HAL "
+	    "(pokeysctl terminals MODEL lists them)",
+	    terminal_list(terminals, list),
+	    e->b == WIRE_PIN_COUNTER   ? "a counter" :
 	    e->b == WIRE_PIN_ANALOG_IN ? "an analog input" :
-	    e->b == WIRE_PIN_OUTPUT ? "a digital output" : "a digital input");
+	    e->b == WIRE_PIN_OUTPUT    ? "a digital output" :
+					 "a digital input");
 }
 
 static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {

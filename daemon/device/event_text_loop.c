@@ -36,11 +36,12 @@ void event_put_heater_tuned(struct line *line, const struct event *e)
 		put(line, "heater %lld: search for gains started at %.1f C", (long long)e->a,
 		    (double)e->c / 10);
 	else if (e->b == POKEYS_HEATER_TUNING_DONE)
-		put(line, "heater %lld: gains found, heater off; copy the gains from pokeysctl "
-		    "status to pokeysd.conf", (long long)e->a);
-	else
-		put(line, "heater %lld: search for gains ended without a result",
+		put(line,
+		    "heater %lld: gains found, heater off; copy the gains from pokeysctl "
+		    "status to pokeysd.conf",
 		    (long long)e->a);
+	else
+		put(line, "heater %lld: search for gains ended without a result", (long long)e->a);
 }
 
 void event_put_heater_left(struct line *line, const struct event *e)
@@ -52,13 +53,16 @@ static void put_unheard(struct line *line, const struct event *e, const char *lo
 			const char *what)
 {
 	if (e->a)
-		put(line, "it does not acknowledge that a %s is off: nothing is sent to it for "
-		    "%lld ms, so that its own failsafe switches its outputs off", what,
-		    (long long)e->a);
+		put(line,
+		    "it does not acknowledge that a %s is off: nothing is sent to it for "
+		    "%lld ms, so that its own failsafe switches its outputs off",
+		    what, (long long)e->a);
 	else
-		put(line, "%s %lld: the device does not acknowledge that it is off; it may be on, "
+		put(line,
+		    "%s %lld: the device does not acknowledge that it is off; it may be on, "
 		    "and no failsafe of the device is known to switch it off soon: disconnect the "
-		    "power of this %s", loop, (long long)e->b, what);
+		    "power of this %s",
+		    loop, (long long)e->b, what);
 }
 
 void event_put_heater_unheard(struct line *line, const struct event *e)
@@ -95,8 +99,10 @@ void event_put_servo_unheard(struct line *line, const struct event *e)
 
 static void put_gain(struct line *line, const struct event *e, const char *loop)
 {
-	put(line, "%s %lld: %s = %.6g until the daemon ends; to keep it, write it into "
-	    "pokeysd.conf", loop, (long long)e->a, pokeys_gain_name((uint8_t)e->b),
+	put(line,
+	    "%s %lld: %s = %.6g until the daemon ends; to keep it, write it into "
+	    "pokeysd.conf",
+	    loop, (long long)e->a, pokeys_gain_name((uint8_t)e->b),
 	    (double)e->c / EVENT_GAIN_SCALE);
 }
 

@@ -172,7 +172,7 @@ static void io_refresh(pokeys_device_t *mailbox, mailbox_entry_t *entry, void *c
 	if (io.outputs == fast->io_outputs && mask == fast->io_mask)
 		return;
 	fast_doubt(device, ((io.outputs ^ fast->io_outputs) | (mask ^ fast->io_mask)) &
-			   (mask | fast->io_mask));
+				   (mask | fast->io_mask));
 	fast->io_outputs = io.outputs;
 	fast->io_mask = mask;
 	io.write = 1;

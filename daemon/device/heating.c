@@ -40,7 +40,7 @@ void heating_init(struct device *device)
 	struct heatings *heatings = &device->heatings;
 
 	heatings->count = device->config.heaters < POKEYS_HEATERS ? device->config.heaters :
-								     POKEYS_HEATERS;
+								    POKEYS_HEATERS;
 	for (unsigned int i = 0; i < heatings->count; i++) {
 		struct heating *heating = &heatings->heating[i];
 		const struct heating_config *config = config_of(device, i);
@@ -148,7 +148,8 @@ static void take_sample(struct device *device, unsigned int i)
 	struct heating *heating = &device->heatings.heating[i];
 	const unsigned int input = config_of(device, i)->sensor;
 	const uint64_t read_ns = input < POKEYS_ANALOG - WIRE_IO_ANALOGS ?
-				 device->image.t_analog_slow_ns : device->image.t_analog_ns;
+					 device->image.t_analog_slow_ns :
+					 device->image.t_analog_ns;
 
 	if (!running(device) || read_ns == heating->sampled_ns ||
 	    !has_sensor(device, config_of(device, i)))
@@ -317,7 +318,7 @@ static void show(struct device *device, unsigned int i)
 	image->fan = (uint8_t)heating_fan_state(device, i);
 	image->stops_machine = config->stops_machine;
 	image->obstacle = (uint8_t)(heater->condition == HEATER_DEVICE ? obstacle_of(device, i) :
-								       POKEYS_OBSTACLE_NONE);
+									 POKEYS_OBSTACLE_NONE);
 	image->fault_count = heating->faults;
 	memcpy(image->name, config->name, sizeof(image->name));
 	show_gains(image, heater);
@@ -508,8 +509,7 @@ void heating_pwm(const struct device *device, struct wire_pwm_req *pwm)
 bool heating_stops_machine(const struct device *device)
 {
 	for (unsigned int i = 0; i < device->heatings.count; i++)
-		if (config_of(device, i)->stops_machine &&
-		    device->heatings.heating[i].heater.fault)
+		if (config_of(device, i)->stops_machine && device->heatings.heating[i].heater.fault)
 			return true;
 	return false;
 }
@@ -525,8 +525,7 @@ bool heating_off(const struct device *device)
 /* While the device may have it on, no cause is gone. */
 bool heating_reset(struct device *device, unsigned int index)
 {
-	return index < device->heatings.count &&
-	       !is_stopping(&device->heatings.heating[index]) &&
+	return index < device->heatings.count && !is_stopping(&device->heatings.heating[index]) &&
 	       heater_reset(&device->heatings.heating[index].heater);
 }
 
@@ -548,7 +547,9 @@ bool heating_regain(struct device *device, unsigned int index, unsigned int whic
 {
 	struct pid_gains gains;
 	double *const gain[] = {
-		[POKEYS_GAIN_P] = &gains.p, [POKEYS_GAIN_I] = &gains.i, [POKEYS_GAIN_D] = &gains.d,
+		[POKEYS_GAIN_P] = &gains.p,
+		[POKEYS_GAIN_I] = &gains.i,
+		[POKEYS_GAIN_D] = &gains.d,
 	};
 	struct heater *heater;
 

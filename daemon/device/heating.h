@@ -20,51 +20,51 @@
 
 /* What a heater bears of its device. */
 enum {
-	HEATING_FAILSAFE_MOST = 50,	/* x100 ms: longer, nobody switches it off for too long */
-	HEATING_FILTER_MOST = 100,	/* RC of the analog inputs' filter */
-	HEATING_PERIOD_LEAST = 250,	/* ticks of PWM, so that a power is one of as many */
-	HEATING_PERIOD_MOST = 25000000,	/* 1 s */
+	HEATING_FAILSAFE_MOST = 50,     /* x100 ms: longer, nobody switches it off for too long */
+	HEATING_FILTER_MOST = 100,      /* RC of the analog inputs' filter */
+	HEATING_PERIOD_LEAST = 250,     /* ticks of PWM, so that a power is one of as many */
+	HEATING_PERIOD_MOST = 25000000, /* 1 s */
 };
 
 enum heating_output {
-	HEATING_NO_OUTPUT,	/* of a fan that there is not */
+	HEATING_NO_OUTPUT, /* of a fan that there is not */
 	HEATING_PWM,
-	HEATING_PIN,		/* a digital output */
+	HEATING_PIN, /* a digital output */
 };
 
 /* Runs while the heater is hot, or may be. */
 struct heating_fan_config {
-	uint8_t kind;			/* enum heating_output */
-	uint8_t output;			/* PWM channel, or pin, from 0 */
-	double speed;			/* PWM: 0 to 1 */
+	uint8_t kind;   /* enum heating_output */
+	uint8_t output; /* PWM channel, or pin, from 0 */
+	double speed;   /* PWM: 0 to 1 */
 	struct fan_config fan;
 };
 
 struct heating_config {
 	char name[32];
 	struct heater_config heater;
-	uint8_t sensor;			/* analog input, 0 = terminal 41 */
-	uint8_t kind;			/* enum heating_output */
-	uint8_t output;			/* PWM channel, or pin, from 0 */
-	uint64_t least_ns;		/* PIN: on, and off, at least so long */
-	double within;			/* at temperature if so near to the target, K */
-	double watts;			/* at a power of 1; 0: not known, nor needed */
+	uint8_t sensor;    /* analog input, 0 = terminal 41 */
+	uint8_t kind;      /* enum heating_output */
+	uint8_t output;    /* PWM channel, or pin, from 0 */
+	uint64_t least_ns; /* PIN: on, and off, at least so long */
+	double within;     /* at temperature if so near to the target, K */
+	double watts;      /* at a power of 1; 0: not known, nor needed */
 	struct heating_fan_config fan;
-	bool stops_machine;		/* a fault of it stops the servo motors as well */
-	bool without_failsafe;		/* it may heat although the device cannot switch it off */
+	bool stops_machine;    /* a fault of it stops the servo motors as well */
+	bool without_failsafe; /* it may heat although the device cannot switch it off */
 };
 
 /* The state of one heater. */
 struct heating {
 	struct heater heater;
 	struct switching switching;
-	bool good;			/* its configuration can be used */
-	bool on;			/* PIN */
-	bool fan;			/* is to run */
+	bool good; /* its configuration can be used */
+	bool on;   /* PIN */
+	bool fan;  /* is to run */
 	/* something else of the device has a terminal of it, or of its fan */
 	bool shared, fan_shared;
-	struct left_on hot;		/* it heated, or heats */
-	uint64_t sampled_ns;		/* of the newest reading that it was given */
+	struct left_on hot;  /* it heated, or heats */
+	uint64_t sampled_ns; /* of the newest reading that it was given */
 	uint32_t faults;
 	/* what was said last */
 	uint8_t fault, refusal, tuning;
@@ -72,13 +72,13 @@ struct heating {
 
 struct heatings {
 	uint8_t count;
-	uint64_t step_ns;		/* of the next step */
+	uint64_t step_ns; /* of the next step */
 	struct heating heating[POKEYS_HEATERS];
 };
 
 /* The commander's targets: finite numbers, of which heater_command() checks the range. */
 struct heating_wish {
-	uint32_t mask;			/* bit = heater is commanded */
+	uint32_t mask; /* bit = heater is commanded */
 	double target[POKEYS_HEATERS];
 };
 

@@ -40,8 +40,7 @@ static bool has_home_switch(const struct device *device, unsigned int axis)
 	const struct pokeys_axis_settings *known = &device->wishes.known.axis[axis];
 
 	return !known->switches_mask ||
-	       known->switches &
-		       (WIRE_SWITCH_HOME | WIRE_SWITCH_HOME_ON_N | WIRE_SWITCH_HOME_ON_P);
+	       known->switches & (WIRE_SWITCH_HOME | WIRE_SWITCH_HOME_ON_N | WIRE_SWITCH_HOME_ON_P);
 }
 
 static struct refusal why_not_axis(const struct device *device, unsigned int axis, int32_t offset)
@@ -51,7 +50,9 @@ static struct refusal why_not_axis(const struct device *device, unsigned int axi
 	if (!has_home_switch(device, axis))
 		return refusal(REFUSAL_NO_HOME_SWITCH, axis);
 	return refusal(offset > MOTION_POSITION_MAX || offset < -MOTION_POSITION_MAX ?
-		       REFUSAL_POSITION : REFUSAL_NONE, axis);
+			       REFUSAL_POSITION :
+			       REFUSAL_NONE,
+		       axis);
 }
 
 struct refusal homing_why_not(const struct device *device, const struct pokeys_one_shot *shot)
@@ -90,6 +91,11 @@ static uint8_t take(struct device *device, const mailbox_entry_t *entry)
 }
 
 const struct task_kind task_homing = {
-	.limit_ns = 120 * SECOND, .is_working = is_working, .is_complete = is_complete,
-	.waits = true, .start = start, .finish = finish, .take = take,
+	.limit_ns = 120 * SECOND,
+	.is_working = is_working,
+	.is_complete = is_complete,
+	.waits = true,
+	.start = start,
+	.finish = finish,
+	.take = take,
 };

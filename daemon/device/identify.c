@@ -19,9 +19,9 @@
 #define ALIVE_NS (50 * MS)
 
 enum {
-	ROUNDS = 3,			/* of one request with all its retries */
-	ALIKE = 2,			/* answers in a row that say who it is */
-	ALIKE_OTHER = 3,		/* ... another one than before, or none that can be used */
+	ROUNDS = 3,      /* of one request with all its retries */
+	ALIKE = 2,       /* answers in a row that say who it is */
+	ALIKE_OTHER = 3, /* ... another one than before, or none that can be used */
 };
 
 static void take_name(struct device *device, const uint8_t *reply)
@@ -59,11 +59,17 @@ static void take_capability(struct device *device, const struct wire_identity *i
 	const uint32_t has = m->features;
 
 	*c = (struct pokeys_capability){
-		.pins = m->pins, .pwm = m->pwm_channels, .basic_encoders = m->basic_encoders,
-		.encoders = m->encoders, .fast_encoders = m->fast_encoders,
-		.ultra_fast_encoders = m->ultra_encoders, .matrix_led = m->matrix_leds,
-		.poextbus = m->poextbus_bytes, .easy_sensors = m->easy_sensors,
-		.pulse_engine = (uint8_t)wire_pulse_version(identity), .pwm_hz = m->pwm_hz,
+		.pins = m->pins,
+		.pwm = m->pwm_channels,
+		.basic_encoders = m->basic_encoders,
+		.encoders = m->encoders,
+		.fast_encoders = m->fast_encoders,
+		.ultra_fast_encoders = m->ultra_encoders,
+		.matrix_led = m->matrix_leds,
+		.poextbus = m->poextbus_bytes,
+		.easy_sensors = m->easy_sensors,
+		.pulse_engine = (uint8_t)wire_pulse_version(identity),
+		.pwm_hz = m->pwm_hz,
 		.axes = m->pulse_axes,
 		.analog_inputs = !!(has & WIRE_HAS_ANALOG),
 		.analog_filtering = !!(has & WIRE_HAS_ANALOG),
@@ -71,19 +77,26 @@ static void take_capability(struct device *device, const struct wire_identity *i
 		.key_mapping = !!(has & WIRE_HAS_KEYBOARD),
 		.triggered_key_mapping = !!(has & WIRE_HAS_KEYBOARD),
 		.key_repeat_delay = !!(has & WIRE_HAS_KEYBOARD),
-		.joystick = !!(has & WIRE_HAS_KEYBOARD), .macros = !!(has & WIRE_HAS_KEYBOARD),
-		.matrix_keyboard = !!(has & WIRE_HAS_MATRIX_KB), .lcd = !!(has & WIRE_HAS_LCD),
+		.joystick = !!(has & WIRE_HAS_KEYBOARD),
+		.macros = !!(has & WIRE_HAS_KEYBOARD),
+		.matrix_keyboard = !!(has & WIRE_HAS_MATRIX_KB),
+		.lcd = !!(has & WIRE_HAS_LCD),
 		.connection_signal = !!(has & WIRE_HAS_CONNECTION_SIGNAL),
-		.ponet = !!(has & WIRE_HAS_PONET), .i2c = !!(has & WIRE_HAS_I2C),
+		.ponet = !!(has & WIRE_HAS_PONET),
+		.i2c = !!(has & WIRE_HAS_I2C),
 		.init_outputs = !!(has & WIRE_HAS_STARTUP_OUTPUTS),
-		.one_wire = !!(has & WIRE_HAS_1WIRE), .failsafe = !!(has & WIRE_HAS_NAMES),
+		.one_wire = !!(has & WIRE_HAS_1WIRE),
+		.failsafe = !!(has & WIRE_HAS_NAMES),
 		.custom_name = !!(has & WIRE_HAS_NAMES),
 		.additional_options = !!(has & WIRE_HAS_NAMES),
 		.load_status = !!(has & WIRE_HAS_LOAD),
 		.sensor_list = !!(has & WIRE_HAS_SENSOR_LIST),
-		.web_interface = !!(has & WIRE_HAS_WEB), .potlog27 = !!(has & WIRE_HAS_TLOG27),
-		.digital_in = m->pinmap->digital_in, .digital_out = m->pinmap->digital_out,
-		.analog_in = m->pinmap->analog_in, .counter = m->pinmap->counter,
+		.web_interface = !!(has & WIRE_HAS_WEB),
+		.potlog27 = !!(has & WIRE_HAS_TLOG27),
+		.digital_in = m->pinmap->digital_in,
+		.digital_out = m->pinmap->digital_out,
+		.analog_in = m->pinmap->analog_in,
+		.counter = m->pinmap->counter,
 		.pwm_pins = m->pinmap->pwm,
 	};
 }
@@ -94,11 +107,14 @@ static void take_identity(struct device *device, const struct wire_device_data_r
 	struct pokeys_identity *identity = &device->image.identity;
 
 	*identity = (struct pokeys_identity){
-		.serial = who->serial, .address = device->life.address,
-		.hardware = who->hardware, .firmware_major = who->firmware.major,
+		.serial = who->serial,
+		.address = device->life.address,
+		.hardware = who->hardware,
+		.firmware_major = who->firmware.major,
 		.firmware_minor = who->firmware.minor,
 		.firmware_revision = who->firmware.revision,
-		.user_id = data->user_id, .locked = data->locked,
+		.user_id = data->user_id,
+		.locked = data->locked,
 	};
 	memcpy(identity->name, data->name, sizeof(data->name));
 	memcpy(identity->build, data->build_date, sizeof(data->build_date));
@@ -165,7 +181,7 @@ static void take(struct device *device, enum identify_step step, const mailbox_e
 	case IDENTIFY_TICK:
 		restart_tick(device, entry);
 		device->identify.step[step].done = !restart_doubted(device);
-		device->life.rebooted = false;	/* all is read anew anyway */
+		device->life.rebooted = false; /* all is read anew anyway */
 		break;
 	case IDENTIFY_NAME:
 		take_name(device, entry->response_buffer);
@@ -245,16 +261,14 @@ void identify_begin(struct device *device)
 static void send_step(struct device *device, enum identify_step step)
 {
 	static const enum wire_op ops[IDENTIFY_STEPS] = {
-		[IDENTIFY_DATA] = WIRE_OP_DEVICE_DATA,
-		[IDENTIFY_TICK] = WIRE_OP_TICK,
-		[IDENTIFY_NAME] = WIRE_OP_DEVICE_NAME,
-		[IDENTIFY_USER] = WIRE_OP_USER_ID,
+		[IDENTIFY_DATA] = WIRE_OP_DEVICE_DATA, [IDENTIFY_TICK] = WIRE_OP_TICK,
+		[IDENTIFY_NAME] = WIRE_OP_DEVICE_NAME, [IDENTIFY_USER] = WIRE_OP_USER_ID,
 		[IDENTIFY_OPTIONS] = WIRE_OP_OPTIONS,
 	};
 	static const union {
 		struct wire_device_name_req name;
 		struct wire_options_req options;
-	} reading;	/* all zero: a read, whatever it is */
+	} reading; /* all zero: a read, whatever it is */
 
 	if (request_send(device, ops[step], &reading, step_ended, NULL, (void *)(uintptr_t)step))
 		device->identify.step[step].open = true;
@@ -265,8 +279,7 @@ static void finish(struct device *device)
 	const struct pokeys_identity *who = &device->image.identity;
 
 	device_say(device, EVENT_IDENTIFIED, EVENT_NOTICE, who->serial, who->hardware,
-		   who->firmware_major << 16 | who->firmware_minor << 8 |
-		   who->firmware_revision);
+		   who->firmware_major << 16 | who->firmware_minor << 8 | who->firmware_revision);
 	wish_begin(device);
 	postep_forget(device);
 	access_begin(device);

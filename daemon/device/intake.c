@@ -92,9 +92,11 @@ static enum command_fault setup_fault(const struct device *device, unsigned int 
 		return COMMAND_FAULT_AXIS_SETUP;
 	if (axis->mode == POKEYS_AXIS_VELOCITY)
 		return fabsf(axis->velocity) > known->max_speed * SPEED_MARGIN ?
-		       COMMAND_FAULT_AXIS_SPEED : COMMAND_FAULT_NONE;
+			       COMMAND_FAULT_AXIS_SPEED :
+			       COMMAND_FAULT_NONE;
 	return intake_beyond_soft_limits(device, i, known->position, axis->position) ?
-	       COMMAND_FAULT_AXIS_SOFT_LIMIT : COMMAND_FAULT_NONE;
+		       COMMAND_FAULT_AXIS_SOFT_LIMIT :
+		       COMMAND_FAULT_NONE;
 }
 
 int32_t intake_furthest(uint8_t mode)
@@ -140,8 +142,8 @@ static void follow(struct device *device, unsigned int i, int32_t position,
 	reference_lead(device, i, wish);
 }
 
-static void take_axis(struct device *device, unsigned int i,
-		      const struct pokeys_axis_command *axis, const struct axis_images *images)
+static void take_axis(struct device *device, unsigned int i, const struct pokeys_axis_command *axis,
+		      const struct axis_images *images)
 {
 	const enum command_fault fault = axis_fault(device, i, axis);
 	struct axis_wish *wish = &device->intake.axis[i];
@@ -240,8 +242,7 @@ static void take_ages(struct device *device, const struct pokeys_command *comman
 	if (writes > POKEYS_READ_AGES)
 		writes = POKEYS_READ_AGES;
 	for (uint64_t i = 0; i < writes; i++) {
-		uint32_t age_ns = command->read_age_ns[(command->heartbeat - i) %
-						       POKEYS_READ_AGES];
+		uint32_t age_ns = command->read_age_ns[(command->heartbeat - i) % POKEYS_READ_AGES];
 
 		if (age_ns)
 			histogram_add(&device->meter.age_at_read, age_ns);
@@ -302,7 +303,7 @@ static void take(struct device *device, const struct pokeys_command *command)
 		intake->ended = false;
 		take_values(device, command, &images);
 	} else if (command->flags & POKEYS_COMMAND_ENDS) {
-		leave(device);	/* what the image says has had its cycle */
+		leave(device); /* what the image says has had its cycle */
 	}
 	if (heartbeat_fresh(device))
 		one_shot_intake(device, command);

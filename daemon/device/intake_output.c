@@ -128,8 +128,7 @@ static void take_ponet(struct device *device, const struct pokeys_command *comma
 		intake_refuse(device, COMMAND_FAULT_PONET, missing);
 	wish->ponet_mask = command->ponet_mask;
 	memcpy(wish->ponet_data, command->ponet_data, sizeof(wish->ponet_data));
-	memcpy(wish->ponet_brightness, command->ponet_brightness,
-	       sizeof(wish->ponet_brightness));
+	memcpy(wish->ponet_brightness, command->ponet_brightness, sizeof(wish->ponet_brightness));
 	if (command->kbd48_flags & ~KBD48_FLAGS || command->kbd48_leds >> WIRE_KBD48_KEYS) {
 		intake_refuse(device, COMMAND_FAULT_KBD48, command->kbd48_flags);
 		return;
@@ -172,7 +171,8 @@ static void take_servos(struct device *device, const struct pokeys_command *comm
 		if (from->enable && (!isfinite(from->position) || isinf(from->velocity)))
 			intake_refuse(device, COMMAND_FAULT_SERVO_POSITION, i);
 		device->intake.servoing[i] = (struct servoing_wish){
-			.enable = from->enable, .position = from->position,
+			.enable = from->enable,
+			.position = from->position,
 			.velocity = (double)from->velocity,
 		};
 	}

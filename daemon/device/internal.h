@@ -40,8 +40,8 @@
 #define SECOND (1000 * MS)
 
 enum {
-	BUDGET = 3,		/* requests a cycle, and one more for motion */
-	ENCODER_BANKS = 2,	/* 0xCD: 0..12 and 13..25 */
+	BUDGET = 3,        /* requests a cycle, and one more for motion */
+	ENCODER_BANKS = 2, /* 0xCD: 0..12 and 13..25 */
 };
 
 #define MOTION_POSITION_MAX (INT32_C(1) << 24)	/* the planner's, protocol section 3.24.1 */
@@ -63,25 +63,25 @@ struct identify {
 		uint8_t failures;
 	} step[IDENTIFY_STEPS];
 	struct wire_identity identity;
-	bool alive_open, alive_tick;	/* the request that tells whether it still lives */
+	bool alive_open, alive_tick; /* the request that tells whether it still lives */
 	uint64_t alive_ns;
 };
 
 /* access.c */
 enum access_phase {
-	ACCESS_ASK,		/* is it locked, and what is the seed? */
-	ACCESS_ANSWER,		/* the hash is to be sent */
+	ACCESS_ASK,    /* is it locked, and what is the seed? */
+	ACCESS_ANSWER, /* the hash is to be sent */
 	ACCESS_OPEN,
-	ACCESS_SHUT,		/* until again_ns */
+	ACCESS_SHUT, /* until again_ns */
 };
 
 struct access {
-	uint8_t phase;			/* enum access_phase */
+	uint8_t phase; /* enum access_phase */
 	uint8_t failures, tries;
-	uint8_t level;			/* as the newest answer said */
-	uint8_t alike;			/* so many in a row said it, up to 3 */
-	bool refused;			/* our password, at least once */
-	bool open;			/* a request is under way */
+	uint8_t level; /* as the newest answer said */
+	uint8_t alike; /* so many in a row said it, up to 3 */
+	bool refused;  /* our password, at least once */
+	bool open;     /* a request is under way */
 	bool said;
 	uint64_t again_ns;
 	uint8_t seed[32];
@@ -89,14 +89,14 @@ struct access {
 
 /* intake.c */
 struct intake {
-	uint32_t session;		/* 0 = none seen */
+	uint32_t session; /* 0 = none seen */
 	uint64_t heartbeat;
-	uint64_t seen_ns;		/* when it last changed; 0 = never */
-	uint64_t t_ns;			/* of the image */
-	uint64_t read_age_ns;		/* of the commander's reading then; POKEYS_NEVER = none */
-	bool read_recently;		/* young enough to begin a motion by */
+	uint64_t seen_ns;     /* when it last changed; 0 = never */
+	uint64_t t_ns;        /* of the image */
+	uint64_t read_age_ns; /* of the commander's reading then; POKEYS_NEVER = none */
+	bool read_recently;   /* young enough to begin a motion by */
 	bool fresh;
-	bool ended;			/* it has said that it ends */
+	bool ended; /* it has said that it ends */
 	bool machine_on, limit_override, emergency;
 	uint64_t outputs, outputs_mask;
 	struct axis_wish axis[POKEYS_AXES];
@@ -110,29 +110,29 @@ struct intake {
 
 /* safe.c */
 struct safe {
-	bool wanted;			/* the commander is gone, or the daemon ends */
+	bool wanted; /* the commander is gone, or the daemon ends */
 	bool stopping;
-	bool ran;			/* the link, when the stop began */
+	bool ran; /* the link, when the stop began */
 	uint64_t stopping_ns;
-	uint64_t started_ns;		/* first cycle, 0 = none yet */
-	uint64_t commanded;		/* outputs that a commander ever drove */
-	uint64_t acked, acked_mask;	/* outputs as the device has acknowledged them */
-	bool edge_armed;		/* machine-on was seen low while all was well */
-	bool permitted;			/* motion */
+	uint64_t started_ns;        /* first cycle, 0 = none yet */
+	uint64_t commanded;         /* outputs that a commander ever drove */
+	uint64_t acked, acked_mask; /* outputs as the device has acknowledged them */
+	bool edge_armed;            /* machine-on was seen low while all was well */
+	bool permitted;             /* motion */
 	bool reached;
-	bool lost;			/* something was, since motion was permitted last */
-	bool stopped;			/* the commander's emergency stop was, likewise */
-	bool switched;			/* this session has commanded machine-on */
+	bool lost;     /* something was, since motion was permitted last */
+	bool stopped;  /* the commander's emergency stop was, likewise */
+	bool switched; /* this session has commanded machine-on */
 	bool held_said, emergency_said;
 };
 
 /* motion.c, reference.c */
 enum motion_phase {
-	MOTION_OFF,		/* the engine stands, or is to stand */
-	MOTION_HOLD,		/* telling it where it is, before it may run */
+	MOTION_OFF,  /* the engine stands, or is to stand */
+	MOTION_HOLD, /* telling it where it is, before it may run */
 	MOTION_START,
 	MOTION_ON,
-	MOTION_TASK,		/* it homes or probes by itself */
+	MOTION_TASK, /* it homes or probes by itself */
 };
 
 struct references {
@@ -142,61 +142,61 @@ struct references {
 };
 
 struct motion {
-	uint8_t phase;			/* enum motion_phase */
-	bool run_open, stop_open;	/* engine state requests under way */
-	bool stop_wanted;		/* until the engine is seen to stand */
-	bool verify;			/* a status asked after the last of them must come first */
+	uint8_t phase;            /* enum motion_phase */
+	bool run_open, stop_open; /* engine state requests under way */
+	bool stop_wanted;         /* until the engine is seen to stand */
+	bool verify;              /* a status asked after the last of them must come first */
 	bool override_sent;
 	uint64_t state_ended_ns;
-	uint64_t run_after_ns;		/* not to be started again before */
-	uint8_t driven;			/* bit = axis follows the command */
-	uint8_t releasing;		/* was driven, is being told to hold */
-	uint8_t mask_sent;		/* output enables as last told */
-	uint8_t mask_stopped;		/* ... with a stop */
+	uint64_t run_after_ns; /* not to be started again before */
+	uint8_t driven;        /* bit = axis follows the command */
+	uint8_t releasing;     /* was driven, is being told to hold */
+	uint8_t mask_sent;     /* output enables as last told */
+	uint8_t mask_stopped;  /* ... with a stop */
 	int32_t hold[POKEYS_AXES];
-	uint64_t reference_sent;	/* serial of the newest one */
-	uint64_t reference_taken;	/* ... that was answered */
-	uint64_t reference_mixed;	/* ... that was sent again with other values than first */
-	uint64_t reference_clear;	/* from this one on, answers acknowledge */
-	bool answered;			/* the newest one was, and older ones are awaited */
-	bool known;			/* acked is what the device has */
-	uint64_t reference_ns;		/* when it was last sent */
+	uint64_t reference_sent;  /* serial of the newest one */
+	uint64_t reference_taken; /* ... that was answered */
+	uint64_t reference_mixed; /* ... that was sent again with other values than first */
+	uint64_t reference_clear; /* from this one on, answers acknowledge */
+	bool answered;            /* the newest one was, and older ones are awaited */
+	bool known;               /* acked is what the device has */
+	uint64_t reference_ns;    /* when it was last sent */
 	struct references sent, acked;
 };
 
 /* one_shot.c, operation.c */
 enum one_shot_phase {
 	ONE_SHOT_IDLE,
-	ONE_SHOT_NEXT,		/* `step` is to be sent */
-	ONE_SHOT_OPEN,		/* sent, not answered */
+	ONE_SHOT_NEXT, /* `step` is to be sent */
+	ONE_SHOT_OPEN, /* sent, not answered */
 };
 
 struct one_shots {
-	uint32_t tail;			/* next id to take */
-	uint8_t phase;			/* enum one_shot_phase */
-	uint8_t step;			/* of the operation */
-	bool acted;			/* a request that changes something was sent */
-	uint8_t unread;			/* so many times reading back was not answered */
-	uint64_t serial;		/* the mailbox's, of the request that is awaited */
-	struct pokeys_one_shot now;	/* the one at work */
+	uint32_t tail;              /* next id to take */
+	uint8_t phase;              /* enum one_shot_phase */
+	uint8_t step;               /* of the operation */
+	bool acted;                 /* a request that changes something was sent */
+	uint8_t unread;             /* so many times reading back was not answered */
+	uint64_t serial;            /* the mailbox's, of the request that is awaited */
+	struct pokeys_one_shot now; /* the one at work */
 	int32_t before[WIRE_ENCODER_BANK];
-	uint32_t armed;			/* bit = encoder that waits for its index */
-	bool disarm;			/* fast encoders' index inputs are to be switched back */
+	uint32_t armed; /* bit = encoder that waits for its index */
+	bool disarm;    /* fast encoders' index inputs are to be switched back */
 	bool disarm_open;
 	uint64_t refused;
-	uint64_t saved_ns;		/* flash was written, or may have been; 0 = never */
-	uint8_t order;			/* operation that waits for its turn; 0 = none */
-	bool ordered;			/* the one at work came from a terminal */
+	uint64_t saved_ns; /* flash was written, or may have been; 0 = never */
+	uint8_t order;     /* operation that waits for its turn; 0 = none */
+	bool ordered;      /* the one at work came from a terminal */
 };
 
 /* meter.c */
 struct meter {
-	struct pokeys_statistics before;	/* at the last look */
+	struct pokeys_statistics before; /* at the last look */
 	uint64_t said_ns[EVENT_PACKETS_KINDS];
 	uint64_t said_count[EVENT_PACKETS_KINDS];
 	uint64_t cycles_late, reconnects;
-	uint64_t overtaken;			/* replies, by those to newer requests */
-	uint64_t odd;			/* answers that those before and after them contradict */
+	uint64_t overtaken; /* replies, by those to newer requests */
+	uint64_t odd;       /* answers that those before and after them contradict */
 	uint32_t level;
 	bool stale, stale_said;
 	uint64_t stale_said_ns;
@@ -211,15 +211,15 @@ struct talk {
 };
 
 struct device {
-	pokeys_device_t mailbox;	/* first: parsers find the device by it */
+	pokeys_device_t mailbox; /* first: parsers find the device by it */
 	struct device_config config;
 	struct event_ring *events;
-	struct pokeys_io io;		/* the mailbox' way out, see device.c */
+	struct pokeys_io io; /* the mailbox' way out, see device.c */
 	struct talk talk[EVENT_CODES];
-	uint64_t now_ns;		/* of the call we are in */
+	uint64_t now_ns; /* of the call we are in */
 	uint64_t cycle, tick_ns;
-	uint64_t cycle_ns;		/* now_ns of the last cycle */
-	unsigned int budget;		/* requests that may still be sent in this cycle */
+	uint64_t cycle_ns;   /* now_ns of the last cycle */
+	unsigned int budget; /* requests that may still be sent in this cycle */
 	struct life life;
 	struct identify identify;
 	struct restart restart;
@@ -290,8 +290,8 @@ static inline void pins_store(uint8_t bytes[POKEYS_PIN_BYTES], uint64_t pins)
  * the next cycle. deadline_ns 0 = as measured; otherwise the answer may take
  * so long (one-shots that take the device's time).
  */
-bool request_send(struct device *device, enum wire_op op, const void *value,
-		  pokeys_parser_t parser, pokeys_refresh_t refresh, void *context);
+bool request_send(struct device *device, enum wire_op op, const void *value, pokeys_parser_t parser,
+		  pokeys_refresh_t refresh, void *context);
 /* ... into the last places, which are kept for what may switch a heater or a motor off. */
 bool request_send_first(struct device *device, enum wire_op op, const void *value,
 			pokeys_parser_t parser, pokeys_refresh_t refresh, void *context);
@@ -330,8 +330,7 @@ void watch_turn(struct device *device);
  * It was read in its turn, and says this: false = not to be believed yet, and nothing has
  * changed.
  */
-bool watch_believes(struct device *device, struct setting *setting,
-		    const union setting_value *now);
+bool watch_believes(struct device *device, struct setting *setting, const union setting_value *now);
 /* It was read in its turn and differs so from what is wanted: true if all is as before. */
 bool watch_settled(struct device *device, struct setting *setting, uint64_t differs);
 void watch_unanswered(struct setting *setting);

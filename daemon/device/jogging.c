@@ -49,7 +49,8 @@ struct refusal jogging_why_not(const struct device *device, const struct pokeys_
 static bool start(struct device *device, pokeys_parser_t parser)
 {
 	const struct wire_pulse_state_req request = {
-		.state = WIRE_ENGINE_JOGGING, .limit_override = device->intake.limit_override,
+		.state = WIRE_ENGINE_JOGGING,
+		.limit_override = device->intake.limit_override,
 		.enable_mask = motion_masked(device, device->task.shot.mask),
 	};
 
@@ -72,6 +73,11 @@ static uint8_t take(struct device *device, const mailbox_entry_t *entry)
 }
 
 const struct task_kind task_jogging = {
-	.limit_ns = UINT64_MAX, .endless = true, .is_working = is_working,
-	.is_complete = is_complete, .start = start, .finish = finish, .take = take,
+	.limit_ns = UINT64_MAX,
+	.endless = true,
+	.is_working = is_working,
+	.is_complete = is_complete,
+	.start = start,
+	.finish = finish,
+	.take = take,
 };

@@ -46,7 +46,7 @@ static enum event_level level_of(enum pokeys_link link, enum pokeys_fault fault)
 	    fault == POKEYS_FAULT_LOCKED)
 		return EVENT_ERROR;
 	if (fault == POKEYS_FAULT_IN_USE)
-		return EVENT_DEBUG;	/* it is told by who knows whose it is (control/claim.c) */
+		return EVENT_DEBUG; /* it is told by who knows whose it is (control/claim.c) */
 	return fault ? EVENT_WARNING : EVENT_NOTICE;
 }
 
@@ -194,7 +194,8 @@ static enum pokeys_fault why_silent(const struct device *device)
 	if (device->life.in_use)
 		return POKEYS_FAULT_IN_USE;
 	return device->mailbox.statistics.send_failed != device->life.failed_sends ?
-	       POKEYS_FAULT_NETWORK : POKEYS_FAULT_NO_ANSWER;
+		       POKEYS_FAULT_NETWORK :
+		       POKEYS_FAULT_NO_ANSWER;
 }
 
 /* From the beginning, with nothing in flight and no round trip known. */
@@ -266,8 +267,8 @@ void life_refuse(struct device *device, enum pokeys_fault fault)
 
 	if (fault == POKEYS_FAULT_WRONG_SERIAL &&
 	    (!known || device->now_ns - life->foreign_said_ns >= SAY_AGAIN_NS)) {
-		device_say(device, EVENT_WRONG_SERIAL, EVENT_ERROR, serial,
-			   device->config.serial, 0);
+		device_say(device, EVENT_WRONG_SERIAL, EVENT_ERROR, serial, device->config.serial,
+			   0);
 		life->foreign_said_ns = device->now_ns;
 	}
 	life->foreign = true;
@@ -342,7 +343,7 @@ static void probe_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, 
 	if (!answered(entry)) {
 		life_fault(device, why_silent(device));
 		if (device->image.fault == POKEYS_FAULT_NETWORK)
-			device->life.left_ns = now_ns;	/* nor was it asked then */
+			device->life.left_ns = now_ns; /* nor was it asked then */
 		leave_to_failsafe(device);
 		return;
 	}
@@ -377,7 +378,7 @@ static void probe(struct device *device)
 		return;
 	life->failed_sends = device->mailbox.statistics.send_failed;
 	if (!request_send(device, WIRE_OP_DEVICE_DATA, NULL, probe_ended, NULL, NULL)) {
-		life->left_ns = device->now_ns;		/* it was not asked */
+		life->left_ns = device->now_ns; /* it was not asked */
 		return;
 	}
 	life->probing = true;

@@ -15,9 +15,9 @@ struct device;
 /* An output that a loop has switched on: the device may have it on until off is acknowledged. */
 struct left_on {
 	bool on;
-	bool said;		/* that the device does not acknowledge it, and no failsafe helps */
-	uint64_t off_ns;	/* to be off since then; 0: it is not */
-	uint64_t asked_ns;	/* ... by a device that was found */
+	bool said;         /* that the device does not acknowledge it, and no failsafe helps */
+	uint64_t off_ns;   /* to be off since then; 0: it is not */
+	uint64_t asked_ns; /* ... by a device that was found */
 };
 
 /* In each cycle: it is on, or it is to be off and the device has acknowledged so, or not yet. */

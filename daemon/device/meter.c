@@ -27,8 +27,7 @@ static uint64_t stray(const struct pokeys_statistics *s)
 
 static uint64_t corrupt(const struct device *device, const struct pokeys_statistics *s)
 {
-	return s->bad_length + s->bad_magic + s->bad_checksum + s->bad_check +
-	       device->meter.odd;
+	return s->bad_length + s->bad_magic + s->bad_checksum + s->bad_check + device->meter.odd;
 }
 
 static void say_kind(struct device *device, enum event_packets kind, uint64_t count)
@@ -36,8 +35,7 @@ static void say_kind(struct device *device, enum event_packets kind, uint64_t co
 	struct meter *meter = &device->meter;
 	uint64_t *said = &meter->said_ns[kind];
 
-	if (count == meter->said_count[kind] ||
-	    (*said && device->now_ns - *said < SAY_AGAIN_NS))
+	if (count == meter->said_count[kind] || (*said && device->now_ns - *said < SAY_AGAIN_NS))
 		return;
 	device_say(device, EVENT_PACKETS, EVENT_WARNING, kind,
 		   (int64_t)(count - meter->said_count[kind]), 0);
@@ -79,10 +77,9 @@ void meter_reply(struct device *device, const mailbox_entry_t *entry, bool fast)
 	if (device->now_ns >= came)
 		histogram_add(&meter->receive, device->now_ns - came);
 	if (entry->tries != 1 || came < entry->timestamp_sent)
-		return;		/* which try it answers is not known */
+		return; /* which try it answers is not known */
 	histogram_add(&meter->round_trip, came - entry->timestamp_sent);
-	histogram_add(&meter->class_round_trip[entry->request_class],
-		      came - entry->timestamp_sent);
+	histogram_add(&meter->class_round_trip[entry->request_class], came - entry->timestamp_sent);
 	if (fast)
 		histogram_add(&meter->fast_round_trip, came - entry->timestamp_sent);
 }
@@ -98,19 +95,29 @@ void meter_publish(const struct device *device, struct pokeys_link_statistics *o
 
 	pokeys_device_statistics(&device->mailbox, &s);
 	*out = (struct pokeys_link_statistics){
-		.sent = s.sent, .resent = s.resent, .received = s.received,
-		.accepted = s.accepted, .missed = s.missed,
-		.late = s.late, .lost = s.lost, .timed_out = s.timed_out,
-		.stray = stray(&s), .duplicate = s.duplicate,
+		.sent = s.sent,
+		.resent = s.resent,
+		.received = s.received,
+		.accepted = s.accepted,
+		.missed = s.missed,
+		.late = s.late,
+		.lost = s.lost,
+		.timed_out = s.timed_out,
+		.stray = stray(&s),
+		.duplicate = s.duplicate,
 		.stale = s.stale + device->meter.overtaken,
-		.corrupt = corrupt(device, &s), .wrong_source = s.bad_source,
-		.send_failed = s.send_failed, .cycles_late = device->meter.cycles_late,
+		.corrupt = corrupt(device, &s),
+		.wrong_source = s.bad_source,
+		.send_failed = s.send_failed,
+		.cycles_late = device->meter.cycles_late,
 		.reconnects = device->meter.reconnects,
 		.rtt_last_ns = narrow(s.rtt_last_ns),
 		.rtt_smoothed_ns = narrow(s.rtt_smoothed_ns),
 		.rtt_variation_ns = narrow(s.rtt_variation_ns),
-		.rtt_min_ns = narrow(s.rtt_min_ns), .rtt_max_ns = narrow(s.rtt_max_ns),
-		.deadline_ns = narrow(s.deadline_ns), .in_flight = s.in_flight,
+		.rtt_min_ns = narrow(s.rtt_min_ns),
+		.rtt_max_ns = narrow(s.rtt_max_ns),
+		.deadline_ns = narrow(s.deadline_ns),
+		.in_flight = s.in_flight,
 		.packet_error_level = device->meter.level,
 		.refused_command = device->intake.refused,
 		.one_shot_refused = device->one_shots.refused,

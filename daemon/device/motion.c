@@ -37,8 +37,7 @@ bool motion_drivable(const struct device *device, unsigned int axis)
 {
 	const uint8_t mode = device->image.engine.axis[axis].mode;
 
-	return axis < device->image.engine.axes_enabled &&
-	       mode != POKEYS_AXIS_OFF;
+	return axis < device->image.engine.axes_enabled && mode != POKEYS_AXIS_OFF;
 }
 
 static bool has_engine(const struct device *device)
@@ -79,7 +78,8 @@ static void hold(struct device *device, uint8_t axes)
 
 		if (axes >> i & 1)
 			device->motion.hold[i] = axis->mode == POKEYS_AXIS_VELOCITY ?
-						 0 : axis->position;
+							 0 :
+							 axis->position;
 	}
 }
 
@@ -140,8 +140,7 @@ static bool override_wished(const struct device *device)
 
 static bool lacks_override(const struct device *device)
 {
-	return override_wished(device) && task_wants_stand(device) &&
-	       !device->motion.override_sent;
+	return override_wished(device) && task_wants_stand(device) && !device->motion.override_sent;
 }
 
 /* Off, and everything that was asked of the engine is seen to be done. */
@@ -189,8 +188,7 @@ static void update_phase(struct device *device, uint8_t axes)
 {
 	struct motion *motion = &device->motion;
 
-	if (motion->phase != MOTION_OFF &&
-	    (!device->safe.permitted || task_wants_stand(device))) {
+	if (motion->phase != MOTION_OFF && (!device->safe.permitted || task_wants_stand(device))) {
 		enter_off(device);
 		return;
 	}
@@ -276,7 +274,7 @@ static void stop_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, v
 	device->motion.stop_open = false;
 	if (!answered(entry))
 		return;
-	device->motion.stop_wanted = false;	/* until a status says otherwise */
+	device->motion.stop_wanted = false; /* until a status says otherwise */
 	task_powered(device, device->motion.mask_stopped);
 }
 

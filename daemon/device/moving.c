@@ -48,7 +48,8 @@ bool moving_has(const struct device *device, unsigned int member)
 void moving_init(struct device *device)
 {
 	struct path_config config = {
-		.axes = MOVING_MEMBERS, .deviation = device->config.corner_deviation,
+		.axes = MOVING_MEMBERS,
+		.deviation = device->config.corner_deviation,
 	};
 
 	for (unsigned int i = 0; i < device->servoings.count; i++)
@@ -67,9 +68,9 @@ static void finish(struct device *device, enum pokeys_moves_end end, unsigned in
 	device->moving.end = (uint8_t)end;
 	device->moving.open = device->moving.open && end == POKEYS_MOVES_DONE;
 	if (end != POKEYS_MOVES_DONE)
-		device_say(device, EVENT_MOVES, end == POKEYS_MOVES_STOPPED ? EVENT_WARNING :
-									      EVENT_NOTICE,
-			   (int64_t)end, member, device->moving.path.count);
+		device_say(device, EVENT_MOVES,
+			   end == POKEYS_MOVES_STOPPED ? EVENT_WARNING : EVENT_NOTICE, (int64_t)end,
+			   member, device->moving.path.count);
 }
 
 static bool is_on(const struct device *device, unsigned int member)
@@ -108,7 +109,7 @@ static void release(struct device *device)
 			handover_begin(&moving->handover[i]);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		axis_wish_rest(&moving->wish[i]);
-		moving->wish[i].velocity = 0;	/* what is left of its way, as fast as it can */
+		moving->wish[i].velocity = 0; /* what is left of its way, as fast as it can */
 	}
 	moving->released_ns = device->now_ns;
 	path_leave(&moving->path, moving->path.axes);
@@ -189,8 +190,8 @@ void moving_wish(struct device *device, unsigned int motor, struct servo_wish *w
 	if (!moving_has(device, motor))
 		return;
 	if (!moving_moves(device, motor) &&
-	    handover_step(&moving->handover[motor], servo, wish, step,
-			  &moving->place[motor], device->now_ns)) {
+	    handover_step(&moving->handover[motor], servo, wish, step, &moving->place[motor],
+			  device->now_ns)) {
 		moving_leave(device, motor);
 		return;
 	}

@@ -16,26 +16,26 @@
 
 /* A member is a servo motor, by its index, or an axis of the pulse engine, behind them. */
 enum {
-	MOVING_AXIS = POKEYS_SERVOS,	/* member of axis 0 */
+	MOVING_AXIS = POKEYS_SERVOS, /* member of axis 0 */
 	MOVING_MEMBERS = POKEYS_SERVOS + POKEYS_AXES,
 };
 
 struct device;
 
 struct moving {
-	struct path path;		/* its axes are the members */
-	bool good;			/* its configuration can be used */
-	bool any;			/* there is something to move */
-	uint16_t members;		/* bit = member that is held on the path, or at its end */
-	double place[MOVING_MEMBERS];	/* ... there, units */
-	double velocity[MOVING_MEMBERS];	/* units/s */
+	struct path path;                /* its axes are the members */
+	bool good;                       /* its configuration can be used */
+	bool any;                        /* there is something to move */
+	uint16_t members;                /* bit = member that is held on the path, or at its end */
+	double place[MOVING_MEMBERS];    /* ... there, units */
+	double velocity[MOVING_MEMBERS]; /* units/s */
 	struct handover handover[POKEYS_SERVOS];
-	struct axis_wish wish[POKEYS_AXES];	/* of axes that are members */
-	uint64_t released_ns;		/* when the last path has ended */
-	bool held;			/* its commander holds it */
-	bool open;			/* moves may go on from the last one */
-	uint8_t end;			/* enum pokeys_moves_end */
-	uint8_t refused;		/* enum pokeys_moves_refusal */
+	struct axis_wish wish[POKEYS_AXES]; /* of axes that are members */
+	uint64_t released_ns;               /* when the last path has ended */
+	bool held;                          /* its commander holds it */
+	bool open;                          /* moves may go on from the last one */
+	uint8_t end;                        /* enum pokeys_moves_end */
+	uint8_t refused;                    /* enum pokeys_moves_refusal */
 };
 
 /* After the motors. */

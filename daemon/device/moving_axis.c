@@ -166,8 +166,7 @@ void moving_axis_follow(struct device *device, unsigned int axis)
 {
 	const double unit = config_of(device, axis)->pulses_per_unit;
 	struct axis_wish *wish = &device->moving.wish[axis];
-	const int32_t position =
-		(int32_t)lround(device->moving.place[MOVING_AXIS + axis] * unit);
+	const int32_t position = (int32_t)lround(device->moving.place[MOVING_AXIS + axis] * unit);
 
 	const double speed = device->moving.velocity[MOVING_AXIS + axis] * unit;
 
@@ -185,8 +184,8 @@ void moving_axis_halt(struct device *device, unsigned int axis)
 	if (device->image.engine.axis[axis].mode == POKEYS_AXIS_POSITION &&
 	    moving_axis_is_on(device, axis)) {
 		wish->position = reference_ahead(device, axis, wish);
-		moving->place[MOVING_AXIS + axis] =
-			wish->position / config_of(device, axis)->pulses_per_unit;
+		moving->place[MOVING_AXIS + axis] = wish->position /
+						    config_of(device, axis)->pulses_per_unit;
 	}
 	moving->velocity[MOVING_AXIS + axis] = 0;
 }
@@ -203,8 +202,8 @@ bool moving_axis_met(const struct device *device, unsigned int axis)
 	const uint64_t rests_ns = apart ? LASTS_NS : RESTS_NS;
 
 	return device->now_ns - device->moving.released_ns >= rests_ns &&
-	       device->now_ns - asked->moved_ns >= rests_ns && asked->good &&
-	       apart >= -NEAR && apart <= NEAR;
+	       device->now_ns - asked->moved_ns >= rests_ns && asked->good && apart >= -NEAR &&
+	       apart <= NEAR;
 }
 
 const struct axis_wish *moving_axis_wish(const struct device *device, unsigned int axis)

@@ -31,11 +31,13 @@ static void record(struct device *device, uint32_t id, uint8_t operation,
 	if (!device->one_shots.ordered)
 		device->image.one_shot[id % POKEYS_ONE_SHOT_RESULTS] =
 			(struct pokeys_one_shot_result){
-				.id = id, .operation = operation, .outcome = (uint8_t)outcome,
+				.id = id,
+				.operation = operation,
+				.outcome = (uint8_t)outcome,
 			};
 	device->one_shots.refused += outcome == POKEYS_OUTCOME_REFUSED;
 	if (operation == POKEYS_ONE_SHOT_MOVE && moving_is_usual(device))
-		return;		/* hundreds a second */
+		return; /* hundreds a second */
 	device_say(device, EVENT_ONE_SHOT,
 		   outcome == POKEYS_OUTCOME_DONE ? EVENT_INFO : EVENT_WARNING, operation,
 		   device->one_shots.ordered ? EVENT_ORDERED : (int64_t)id,
@@ -66,7 +68,9 @@ uint8_t one_shot_axes(const struct device *device)
 	const struct one_shots *shots = &device->one_shots;
 
 	return shots->phase != ONE_SHOT_IDLE &&
-	       shots->now.operation == POKEYS_ONE_SHOT_SET_POSITION ? shots->now.mask : 0;
+			       shots->now.operation == POKEYS_ONE_SHOT_SET_POSITION ?
+		       shots->now.mask :
+		       0;
 }
 
 static void end(struct device *device, enum pokeys_outcome outcome, struct refusal why)
@@ -106,7 +110,7 @@ void device_one_shot_outcome(struct device *device, uint32_t id, uint8_t operati
 {
 	const bool ordered = device->one_shots.ordered;
 
-	device->one_shots.ordered = false;	/* that is the one at work */
+	device->one_shots.ordered = false; /* that is the one at work */
 	record(device, id, operation, outcome, not_said);
 	device->one_shots.ordered = ordered;
 }
@@ -137,7 +141,8 @@ static void begin(struct device *device, const struct pokeys_one_shot *shot)
 		shots->phase = ONE_SHOT_NEXT;
 	else
 		one_shot_end(device, !operation->act || operation->act(device, shot) ?
-				     POKEYS_OUTCOME_DONE : POKEYS_OUTCOME_REFUSED);
+					     POKEYS_OUTCOME_DONE :
+					     POKEYS_OUTCOME_REFUSED);
 }
 
 static void take_next(struct device *device, const struct pokeys_command *command)
@@ -223,14 +228,14 @@ static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *
 	device->now_ns = now_ns;
 	if (shots->phase != ONE_SHOT_OPEN || entry->serial != shots->serial ||
 	    entry->state == POKEYS_REQUEST_CANCELLED)
-		return;		/* one_shot_abort() has the last word */
+		return; /* one_shot_abort() has the last word */
 	operation = operation_find(shots->now.operation);
 	if (answered(entry))
 		operation->answered(device, entry);
 	else if (!shots->acted)
 		one_shot_end(device, POKEYS_OUTCOME_FAILED);
-	else if (operation->unknown && (entry->request_class != POKEYS_CLASS_READ ||
-					shots->unread++ < READ_BACKS))
+	else if (operation->unknown &&
+		 (entry->request_class != POKEYS_CLASS_READ || shots->unread++ < READ_BACKS))
 		operation->unknown(device);
 	else
 		one_shot_end(device, POKEYS_OUTCOME_UNKNOWN);

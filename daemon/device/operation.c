@@ -52,7 +52,8 @@ struct refusal operation_needs_engine(const struct device *device,
 {
 	(void)shot;
 	return refusal(device->image.capability.pulse_engine >= 2 ? REFUSAL_NONE :
-								    REFUSAL_NO_ENGINE, 0);
+								    REFUSAL_NO_ENGINE,
+		       0);
 }
 
 /* Set position. */
@@ -101,7 +102,7 @@ static bool position_send(struct device *device)
 	if (device->one_shots.step)
 		return ask_status(device);
 	if (device->motion.phase == MOTION_HOLD || device->motion.phase == MOTION_START)
-		return false;	/* it will soon be known which axes follow */
+		return false; /* it will soon be known which axes follow */
 	why = why_not_position(device, shot);
 	if (why.reason) {
 		one_shot_refuse(device, why);
@@ -175,7 +176,7 @@ static void clear_answered(struct device *device, const mailbox_entry_t *entry)
 	}
 	wire_pulse_status_decode_rep(entry->response_buffer, &status);
 	one_shot_end(device, engine_tripped(status.engine_state) ? POKEYS_OUTCOME_FAILED :
-							    POKEYS_OUTCOME_DONE);
+								   POKEYS_OUTCOME_DONE);
 }
 
 /* Counters, flash, clock, reboot: nothing of them can be read back. */
@@ -185,7 +186,8 @@ static struct refusal why_not_counters(const struct device *device,
 {
 	(void)shot;
 	return refusal(device->image.capability.digital_counters ? REFUSAL_NONE :
-								   REFUSAL_NO_COUNTERS, 0);
+								   REFUSAL_NO_COUNTERS,
+		       0);
 }
 
 static bool counters_send(struct device *device)
@@ -242,8 +244,7 @@ static bool within(int32_t value, int32_t low, int32_t high)
 	return value >= low && value <= high;
 }
 
-static struct refusal why_not_clock(const struct device *device,
-				    const struct pokeys_one_shot *shot)
+static struct refusal why_not_clock(const struct device *device, const struct pokeys_one_shot *shot)
 {
 	const int32_t *v = shot->value;
 	bool good;
@@ -259,9 +260,15 @@ static bool clock_send(struct device *device)
 {
 	const int32_t *v = device->one_shots.now.value;
 	const struct wire_rtc_req set = {
-		.option = WIRE_RTC_SET, .year = (uint16_t)v[0], .month = (uint8_t)v[1],
-		.day = (uint8_t)v[2], .hour = (uint8_t)v[3], .minute = (uint8_t)v[4],
-		.second = (uint8_t)v[5], .weekday = (uint8_t)v[6], .yearday = (uint16_t)v[7],
+		.option = WIRE_RTC_SET,
+		.year = (uint16_t)v[0],
+		.month = (uint8_t)v[1],
+		.day = (uint8_t)v[2],
+		.hour = (uint8_t)v[3],
+		.minute = (uint8_t)v[4],
+		.second = (uint8_t)v[5],
+		.weekday = (uint8_t)v[6],
+		.yearday = (uint16_t)v[7],
 	};
 
 	return one_shot_request(device, WIRE_OP_RTC, &set);
@@ -283,24 +290,36 @@ const struct operation *operation_find(uint8_t operation)
 {
 	static const struct operation nop;
 	static const struct operation set_position = {
-		.why_not = why_not_position, .send = position_send,
-		.answered = position_answered, .unknown = next_step,
+		.why_not = why_not_position,
+		.send = position_send,
+		.answered = position_answered,
+		.unknown = next_step,
 	};
 	static const struct operation clear_fault = {
-		.why_not = operation_needs_engine, .send = clear_send, .answered = clear_answered,
+		.why_not = operation_needs_engine,
+		.send = clear_send,
+		.answered = clear_answered,
 		.unknown = next_step,
 	};
 	static const struct operation reset_counters = {
-		.why_not = why_not_counters, .send = counters_send, .answered = simply_done,
+		.why_not = why_not_counters,
+		.send = counters_send,
+		.answered = simply_done,
 	};
 	static const struct operation save_config = {
-		.why_not = why_not_save, .send = save_send, .answered = save_answered,
+		.why_not = why_not_save,
+		.send = save_send,
+		.answered = save_answered,
 	};
 	static const struct operation set_rtc = {
-		.why_not = why_not_clock, .send = clock_send, .answered = simply_done,
+		.why_not = why_not_clock,
+		.send = clock_send,
+		.answered = simply_done,
 	};
 	static const struct operation reboot = {
-		.why_not = needs_machine_off, .send = reboot_send, .answered = reboot_answered,
+		.why_not = needs_machine_off,
+		.send = reboot_send,
+		.answered = reboot_answered,
 	};
 	static const struct operation *const offered[] = {
 		[POKEYS_ONE_SHOT_NOP] = &nop,

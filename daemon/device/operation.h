@@ -13,8 +13,8 @@ struct device;
 
 /* Why a one-shot is not valid or not permitted now; its reason is REFUSAL_NONE if it is. */
 struct refusal {
-	uint8_t reason;		/* enum one_shot_refusal */
-	uint8_t part;		/* axis or encoder */
+	uint8_t reason; /* enum one_shot_refusal */
+	uint8_t part;   /* axis or encoder */
 };
 
 static inline struct refusal refusal(enum one_shot_refusal reason, unsigned int part)
@@ -58,12 +58,10 @@ extern const struct operation operation_set_encoder, operation_arm_index;
 extern const struct operation operation_home, operation_home_cancel, operation_home_finish,
 	operation_probe, operation_probe_finish, operation_jog, operation_jog_end;
 /* operation_heater.c */
-extern const struct operation operation_heater_reset, operation_heater_tune,
-	operation_heater_gain;
+extern const struct operation operation_heater_reset, operation_heater_tune, operation_heater_gain;
 /* operation_servo.c */
-extern const struct operation operation_servo_reset, operation_servo_place,
-	operation_servo_gain, operation_servo_home, operation_servo_tune, operation_move,
-	operation_moves_control;
+extern const struct operation operation_servo_reset, operation_servo_place, operation_servo_gain,
+	operation_servo_home, operation_servo_tune, operation_move, operation_moves_control;
 /* operation_thread.c */
 extern const struct operation operation_thread_begin, operation_thread_arm,
 	operation_thread_release, operation_thread_cancel;

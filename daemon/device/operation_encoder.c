@@ -145,7 +145,9 @@ static void set_unknown(struct device *device)
 }
 
 const struct operation operation_set_encoder = {
-	.why_not = why_not_set, .send = set_send, .answered = set_answered,
+	.why_not = why_not_set,
+	.send = set_send,
+	.answered = set_answered,
 	.unknown = set_unknown,
 };
 
@@ -165,7 +167,8 @@ static bool is_fast(const struct device *device, unsigned int encoder)
 static bool has_index(const struct device *device, unsigned int encoder)
 {
 	return encoder == WIRE_ENCODER_ULTRA ?
-	       device->image.encoder_enabled >> WIRE_ENCODER_ULTRA & 1 : is_fast(device, encoder);
+		       device->image.encoder_enabled >> WIRE_ENCODER_ULTRA & 1 :
+		       is_fast(device, encoder);
 }
 
 static struct refusal why_not_arm(const struct device *device, const struct pokeys_one_shot *shot)
@@ -175,8 +178,7 @@ static struct refusal why_not_arm(const struct device *device, const struct poke
 	if (shot->index == WIRE_ENCODER_ULTRA &&
 	    !wire_firmware_at_least(&device->identify.identity.firmware, 4, 2, 19))
 		return refusal(REFUSAL_INDEX_FIRMWARE, shot->index);
-	return refusal(servoing_may_arm(device, shot->index) ? REFUSAL_NONE :
-							       REFUSAL_SERVO_INDEX,
+	return refusal(servoing_may_arm(device, shot->index) ? REFUSAL_NONE : REFUSAL_SERVO_INDEX,
 		       shot->index);
 }
 
@@ -194,7 +196,9 @@ static bool arm_send(struct device *device)
 	const struct wire_ultra_encoder_rep *ultra =
 		&device->configure.setting[SETTING_ULTRA_ENCODER].value.ultra;
 	const struct wire_ultra_encoder_req arm = {
-		.mode = WIRE_ULTRA_ON, .options = ultra->options, .reset_on_index = 1,
+		.mode = WIRE_ULTRA_ON,
+		.options = ultra->options,
+		.reset_on_index = 1,
 		.filter = ultra->filter,
 	};
 	struct wire_fast_encoders_req fast;
@@ -219,7 +223,9 @@ static void arm_answered(struct device *device, const mailbox_entry_t *entry)
 }
 
 const struct operation operation_arm_index = {
-	.why_not = why_not_arm, .send = arm_send, .answered = arm_answered,
+	.why_not = why_not_arm,
+	.send = arm_send,
+	.answered = arm_answered,
 };
 
 /* Much nearer to zero than any motion explains. */
@@ -275,7 +281,7 @@ bool operation_disarm(struct device *device)
 	if (!shots->disarm || shots->disarm_open)
 		return false;
 	if (shots->armed & fast || !fast_index(device, false, &request)) {
-		shots->disarm = false;	/* another one still waits for its index */
+		shots->disarm = false; /* another one still waits for its index */
 		return false;
 	}
 	if (!request_send(device, WIRE_OP_FAST_ENCODERS, &request, disarm_ended, NULL, NULL))

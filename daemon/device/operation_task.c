@@ -46,8 +46,7 @@ static struct refusal why_not_finish(const struct device *device,
 				     const struct pokeys_one_shot *shot)
 {
 	const struct refusal why = operation_needs_engine(device, shot);
-	const bool over = task_idle(device) ||
-			  device->image.engine.task_result == POKEYS_TASK_DONE;
+	const bool over = task_idle(device) || device->image.engine.task_result == POKEYS_TASK_DONE;
 
 	if (why.reason)
 		return why;
@@ -80,7 +79,8 @@ static bool home_cancel_send(struct device *device)
 {
 	if (end_send(device, cancel))
 		one_shot_end(device, motion_standing(device) || device->motion.phase != MOTION_OFF ?
-				     POKEYS_OUTCOME_DONE : POKEYS_OUTCOME_FAILED);
+					     POKEYS_OUTCOME_DONE :
+					     POKEYS_OUTCOME_FAILED);
 	return false;
 }
 
@@ -88,7 +88,8 @@ static bool home_finish_send(struct device *device)
 {
 	if (end_send(device, task_finish))
 		one_shot_end(device, device->image.engine.task_result == POKEYS_TASK_DONE ?
-				     POKEYS_OUTCOME_DONE : POKEYS_OUTCOME_FAILED);
+					     POKEYS_OUTCOME_DONE :
+					     POKEYS_OUTCOME_FAILED);
 	return false;
 }
 
@@ -122,16 +123,20 @@ static bool jog_end_send(struct device *device)
 
 const struct operation operation_home = { .why_not = homing_why_not, .send = home_send };
 const struct operation operation_home_cancel = {
-	.why_not = operation_needs_engine, .send = home_cancel_send,
+	.why_not = operation_needs_engine,
+	.send = home_cancel_send,
 };
 const struct operation operation_home_finish = {
-	.why_not = why_not_finish, .send = home_finish_send,
+	.why_not = why_not_finish,
+	.send = home_finish_send,
 };
 const struct operation operation_probe = { .why_not = probing_why_not, .send = probe_send };
 const struct operation operation_probe_finish = {
-	.why_not = operation_needs_engine, .send = probe_finish_send,
+	.why_not = operation_needs_engine,
+	.send = probe_finish_send,
 };
 const struct operation operation_jog = { .why_not = jogging_why_not, .send = jog_send };
 const struct operation operation_jog_end = {
-	.why_not = operation_needs_engine, .send = jog_end_send,
+	.why_not = operation_needs_engine,
+	.send = jog_end_send,
 };

@@ -41,10 +41,10 @@ static uint8_t why_not(const struct device *device)
 		return POKEYS_THREADING_OFF;
 	switch (device->one_shots.now.operation) {
 	case POKEYS_ONE_SHOT_THREAD_ARM:
-		return !threading_ours(device) ||
-		       threading_step_seen(device) != THREAD_PREPARED ?
-		       POKEYS_THREADING_NOT_PREPARED :
-		       threading->arm.open ? POKEYS_THREADING_BUSY : POKEYS_THREADING_WELL;
+		return !threading_ours(device) || threading_step_seen(device) != THREAD_PREPARED ?
+			       POKEYS_THREADING_NOT_PREPARED :
+		       threading->arm.open ? POKEYS_THREADING_BUSY :
+					     POKEYS_THREADING_WELL;
 	case POKEYS_ONE_SHOT_THREAD_RELEASE:
 		return threading_ours(device) && works ? POKEYS_THREADING_WELL :
 							 POKEYS_THREADING_NOT_BEGUN;
@@ -74,7 +74,7 @@ static bool prepare_send(struct device *device)
 	if (refused(device))
 		return false;
 	one_shot_release(device);
-	shot.mask = 0;		/* they go on following the command */
+	shot.mask = 0; /* they go on following the command */
 	task_begin(device, POKEYS_TASK_THREADING, &shot);
 	device->image.engine.task_axes = axes;
 	device->task.parked |= buffer_axes(device) & (uint8_t)~axes;
@@ -92,7 +92,9 @@ static struct thread_shot later(struct device *device)
 {
 	const struct pokeys_one_shot *shot = &device->one_shots.now;
 	const struct thread_shot kept = {
-		.open = true, .id = shot->id, .operation = shot->operation,
+		.open = true,
+		.id = shot->id,
+		.operation = shot->operation,
 		.since_ns = device->now_ns,
 	};
 
@@ -121,8 +123,8 @@ static bool cancel_shot_send(struct device *device)
 	if (threading_ours(device))
 		task_cancel(device);
 	if (task_idle(device) || device->image.engine.task != POKEYS_TASK_THREADING)
-		one_shot_end(device, threading_dirty(device) ? POKEYS_OUTCOME_FAILED :
-							       POKEYS_OUTCOME_DONE);
+		one_shot_end(device,
+			     threading_dirty(device) ? POKEYS_OUTCOME_FAILED : POKEYS_OUTCOME_DONE);
 	return false;
 }
 

@@ -23,7 +23,7 @@
 #include "daemon/device/internal.h"
 
 #define AGAIN_NS (20 * MS)
-enum { FAILURES_MAX = 7 };	/* doublings of it */
+enum { FAILURES_MAX = 7 }; /* doublings of it */
 
 static bool wanted(const struct device *device, unsigned int place, union output_value *want)
 {
@@ -56,8 +56,7 @@ static bool cuts_off(const struct device *device, unsigned int place,
 		     const union output_value *want)
 {
 	const struct output *output = &device->outputs.output[place];
-	const unsigned int stopping =
-		place == OUTPUT_PWM ? loops_channels_stopping(device) : 0;
+	const unsigned int stopping = place == OUTPUT_PWM ? loops_channels_stopping(device) : 0;
 
 	for (unsigned int i = 0; i < POKEYS_PWM; i++)
 		if (stopping >> i & 1 && (want->pwm.duty[i] != output->have.pwm.duty[i] ||
@@ -113,9 +112,8 @@ static void refresh(pokeys_device_t *mailbox, mailbox_entry_t *entry, void *cont
 	union output_value want;
 	unsigned int index;
 
-	if (!wanted(device, place, &want) ||
-	    (same(&want, &output->sent) && !output->mixed &&
-	     !(output->gentle && cuts_off(device, place, &want))))
+	if (!wanted(device, place, &want) || (same(&want, &output->sent) && !output->mixed &&
+					      !(output->gentle && cuts_off(device, place, &want))))
 		return;
 	output->mixed = true;
 	output->gentle = false;
@@ -173,8 +171,8 @@ static bool send(struct device *device, unsigned int place, const union output_v
 
 	encode(device, place, want, &request);
 	if (place == OUTPUT_PWM ?
-	    !request_send_first(device, kind->op, &request, ended, refresh, own) :
-	    !request_send(device, kind->op, &request, ended, refresh, own))
+		    !request_send_first(device, kind->op, &request, ended, refresh, own) :
+		    !request_send(device, kind->op, &request, ended, refresh, own))
 		return false;
 	output->open = true;
 	output->mixed = false;
@@ -235,7 +233,7 @@ bool output_send_loops(struct device *device)
 
 		if (request_again(device, ended, (void *)(uintptr_t)OUTPUT_PWM))
 			return true;
-		pwm->sent = before;	/* the transport has not taken it */
+		pwm->sent = before; /* the transport has not taken it */
 		pwm->gentle = gentle;
 		return false;
 	}

@@ -21,8 +21,8 @@ enum output_place {
 	OUTPUT_PWM,
 	OUTPUT_POEXTBUS,
 	OUTPUT_EXTERNAL,
-	OUTPUT_PONET,						/* and each further module */
-	OUTPUT_BRIGHTNESS = OUTPUT_PONET + POKEYS_PONET,	/* likewise */
+	OUTPUT_PONET,                                    /* and each further module */
+	OUTPUT_BRIGHTNESS = OUTPUT_PONET + POKEYS_PONET, /* likewise */
 	OUTPUTS = OUTPUT_BRIGHTNESS + POKEYS_PONET
 };
 
@@ -36,7 +36,7 @@ union output_value {
 
 /* What a commander wants of them; only what is in range comes in here. */
 struct output_wish {
-	bool pwm;			/* this session has commanded PWM */
+	bool pwm; /* this session has commanded PWM */
 	uint32_t pwm_duty[POKEYS_PWM], pwm_period, pwm_enable;
 	uint8_t poextbus[POKEYS_POEXTBUS], poextbus_mask[POKEYS_POEXTBUS];
 	uint8_t external, external_mask, relays, relays_mask;
@@ -49,22 +49,22 @@ struct output_wish {
 
 struct output {
 	bool open;
-	bool mixed;			/* resent with other values; sent has the newest */
-	bool known;			/* have is what the device has acknowledged */
-	bool driven;			/* a commander ever drove it */
+	bool mixed;  /* resent with other values; sent has the newest */
+	bool known;  /* have is what the device has acknowledged */
+	bool driven; /* a commander ever drove it */
 	uint8_t failures;
-	uint64_t ended_ns;		/* when the last write ended */
-	uint64_t after_ns;		/* not again before */
+	uint64_t ended_ns; /* when the last write ended */
+	uint64_t after_ns; /* not again before */
 	union output_value have, sent;
 	/* PWM: the period goes on with what is under way, and with it the pulses of this period */
 	bool gentle;
-	uint64_t pulse_until_ns[POKEYS_PWM];	/* one of before `have` may go on until then */
+	uint64_t pulse_until_ns[POKEYS_PWM]; /* one of before `have` may go on until then */
 };
 
 struct output_kind {
 	enum wire_op op;
-	uint8_t part;			/* DEVICE_RESUME_*, 0 = comes back with all others */
-	uint8_t carrier;		/* the setting that writes it as well; SETTINGS = none */
+	uint8_t part;    /* DEVICE_RESUME_*, 0 = comes back with all others */
+	uint8_t carrier; /* the setting that writes it as well; SETTINGS = none */
 	/* What it shall be now, all other bytes 0; false = nobody wants anything of it. */
 	bool (*want)(const struct device *device, unsigned int index, union output_value *want);
 	/* Into the image. NULL = nothing of it is there. */
@@ -76,7 +76,7 @@ struct output_kind {
 /* All the outputs of a device. */
 struct outputs {
 	struct output output[OUTPUTS];
-	uint8_t next;			/* whose turn it is */
+	uint8_t next; /* whose turn it is */
 };
 
 /* output_kind.c */

@@ -141,8 +141,7 @@ static void bus_learn(struct device *device, const union output_value *value)
 
 /* External outputs and relays, 0x85/04. */
 
-static bool external_want(const struct device *device, unsigned int index,
-			  union output_value *want)
+static bool external_want(const struct device *device, unsigned int index, union output_value *want)
 {
 	const struct output_wish *wish = &device->intake.output;
 	const struct pokeys_engine *engine = &device->image.engine;
@@ -241,12 +240,18 @@ const struct output_kind *output_kind(unsigned int place, unsigned int *index)
 		},
 	};
 	static const struct output_kind ponet = {
-		.op = WIRE_OP_PONET_SET_DATA, .part = DEVICE_RESUME_PONET, .carrier = SETTINGS,
-		.want = ponet_want, .done = ponet_done,
+		.op = WIRE_OP_PONET_SET_DATA,
+		.part = DEVICE_RESUME_PONET,
+		.carrier = SETTINGS,
+		.want = ponet_want,
+		.done = ponet_done,
 	};
 	static const struct output_kind brightness = {
-		.op = WIRE_OP_PONET_PWM, .part = DEVICE_RESUME_PONET, .carrier = SETTINGS,
-		.want = brightness_want, .done = ponet_done,
+		.op = WIRE_OP_PONET_PWM,
+		.part = DEVICE_RESUME_PONET,
+		.carrier = SETTINGS,
+		.want = brightness_want,
+		.done = ponet_done,
 	};
 
 	*index = place < OUTPUT_PONET ? 0 : (place - OUTPUT_PONET) % POKEYS_PONET;

@@ -29,14 +29,14 @@
 #define HOLD_MAX_NS (10 * SECOND)
 
 enum {
-	SPAN = 32,		/* replies that tell the delay with one at a time */
-	FEW = 16,		/* with others before them show a queue */
-	VERY_FEW = 3,		/* ... if it is long */
+	SPAN = 32,    /* replies that tell the delay with one at a time */
+	FEW = 16,     /* with others before them show a queue */
+	VERY_FEW = 3, /* ... if it is long */
 	LONG = 1024,
-	FOUND_GOOD = 2,		/* a depth above this was tried before */
+	FOUND_GOOD = 2, /* a depth above this was tried before */
 	DEPTH_MAX = 16,
-	SILENT = 32,		/* so many replies missing in a row */
-	KEPT = 6,		/* places for everything else */
+	SILENT = 32, /* so many replies missing in a row */
+	KEPT = 6,    /* places for everything else */
 };
 
 static void add(struct device *device, const mailbox_entry_t *entry)
@@ -46,7 +46,7 @@ static void add(struct device *device, const mailbox_entry_t *entry)
 	const uint64_t before_ns = pipeline->reply_ns, now_ns = entry->timestamp_received;
 
 	pipeline->reply_ns = now_ns;
-	if (span->round_trips >= LONG)		/* nothing is behind others: this is the past */
+	if (span->round_trips >= LONG) /* nothing is behind others: this is the past */
 		*span = (struct pipeline_span){ .behind = span->behind };
 	if (before_ns && now_ns >= before_ns && !pipeline->skipped &&
 	    now_ns - before_ns <= plan_answers_ns(device, SILENT)) {
@@ -62,8 +62,9 @@ static void add(struct device *device, const mailbox_entry_t *entry)
 
 static uint64_t delay_ns(const struct pipeline_span *span)
 {
-	return span->round_trips && span->intervals ?
-	       span->round_trip_ns / span->round_trips + span->interval_ns / span->intervals : 0;
+	return span->round_trips && span->intervals ? span->round_trip_ns / span->round_trips +
+							      span->interval_ns / span->intervals :
+						      0;
 }
 
 /* Enough replies to compare. */
@@ -126,9 +127,12 @@ static void go_back(struct device *device)
 	const uint64_t longer_ns = 2 * pipeline->hold_ns;
 
 	*pipeline = (struct pipeline){
-		.depth = 1, .since_ns = device->now_ns,
-		.hold_ns = !soon ? 0 : longer_ns < HOLD_NS ? HOLD_NS :
-			   longer_ns < HOLD_MAX_NS ? longer_ns : HOLD_MAX_NS,
+		.depth = 1,
+		.since_ns = device->now_ns,
+		.hold_ns = !soon                   ? 0 :
+			   longer_ns < HOLD_NS     ? HOLD_NS :
+			   longer_ns < HOLD_MAX_NS ? longer_ns :
+						     HOLD_MAX_NS,
 	};
 }
 

@@ -12,21 +12,21 @@
 
 /* Replies to the status, or to 0xCC if there is no pulse engine, one after the other. */
 struct pipeline_span {
-	uint32_t round_trips, intervals;	/* so many */
-	uint32_t behind;			/* 0xCC that had others before them */
-	uint64_t round_trip_ns, interval_ns;	/* sums: from the reply before */
+	uint32_t round_trips, intervals;     /* so many */
+	uint32_t behind;                     /* 0xCC that had others before them */
+	uint64_t round_trip_ns, interval_ns; /* sums: from the reply before */
 };
 
 struct pipeline {
 	uint32_t depth;
-	bool trying;			/* two 0xCC, while everything else has depth 1 */
-	bool doubted;			/* the last comparison showed a queue */
-	uint64_t since_ns;		/* since then it is 1, or more */
-	uint64_t hold_ns;		/* 1 for so long at least */
-	uint64_t reply_ns;		/* the last one came */
-	uint64_t one_by_one_ns;		/* the delay with depth 1; 0 = not known */
-	uint64_t least_ns;		/* ... of all depths since then */
-	bool skipped;			/* a cycle did without the status */
+	bool trying;            /* two 0xCC, while everything else has depth 1 */
+	bool doubted;           /* the last comparison showed a queue */
+	uint64_t since_ns;      /* since then it is 1, or more */
+	uint64_t hold_ns;       /* 1 for so long at least */
+	uint64_t reply_ns;      /* the last one came */
+	uint64_t one_by_one_ns; /* the delay with depth 1; 0 = not known */
+	uint64_t least_ns;      /* ... of all depths since then */
+	bool skipped;           /* a cycle did without the status */
 	struct pipeline_span span;
 };
 

@@ -27,10 +27,10 @@
 #include "daemon/device/internal.h"
 
 enum {
-	ALIKE = 3,		/* readings in a row that say the same odd thing */
-	UNLIKE = 50,		/* ... or each another: they are taken, or none ever would be */
-	SLACK = 8,		/* pulses */
-	KHZ_DEFAULT = 125,	/* of the generator, until it has said it */
+	ALIKE = 3,         /* readings in a row that say the same odd thing */
+	UNLIKE = 50,       /* ... or each another: they are taken, or none ever would be */
+	SLACK = 8,         /* pulses */
+	KHZ_DEFAULT = 125, /* of the generator, until it has said it */
 };
 
 #define GAP_NS (20 * MS)	/* without a status for so long, an axis may be anywhere */
@@ -76,8 +76,9 @@ static uint8_t apart(const struct device *device, const struct place_reading *be
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		const int32_t way = (int32_t)((uint32_t)now->position[i] -
 					      (uint32_t)before->position[i]);
-		const double most = before->stood && now->stood ? 0 :
-				    fastest(device, i) * HURRY * ms + SLACK;
+		const double most = before->stood && now->stood ?
+					    0 :
+					    fastest(device, i) * HURRY * ms + SLACK;
 
 		if (both >> i & 1 && fabs((double)way) > most)
 			axes |= (uint8_t)(1u << i);
@@ -132,8 +133,7 @@ static uint8_t being_set(const struct device *device)
 /* Axes that have been told where they are since the last reading, or are just being told. */
 static uint8_t told(const struct device *device)
 {
-	uint8_t axes = being_set(device) |
-		       (homing(device) & (uint8_t)~device->place.arrived);
+	uint8_t axes = being_set(device) | (homing(device) & (uint8_t)~device->place.arrived);
 
 	if (device->place.last.asked_ns <= device->place.told_ns)
 		axes |= device->place.told;
@@ -212,7 +212,7 @@ static bool take_jump(struct device *device, uint8_t axes)
 	uint8_t lost;
 
 	if (axes & being_set(device))
-		return false;	/* its outcome says as what to take it */
+		return false; /* its outcome says as what to take it */
 	place->jumped |= axes;
 	/* ... or it was said to have failed */
 	lost = axes & (uint8_t)~(homing(device) | place->known | place->lost);
@@ -229,7 +229,9 @@ static void read(struct device *device, const struct wire_pulse_status_rep *stat
 	if (!stands(status->engine_state))
 		place->moved_ns = came_ns;
 	*now = (struct place_reading){
-		.axes = UINT8_MAX, .asked_ns = asked_ns, .came_ns = came_ns,
+		.axes = UINT8_MAX,
+		.asked_ns = asked_ns,
+		.came_ns = came_ns,
 		.stood = asked_ns > place->moved_ns && asked_ns - place->moved_ns >= STOOD_NS,
 	};
 	memcpy(now->position, status->position, sizeof(now->position));

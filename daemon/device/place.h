@@ -16,27 +16,27 @@ struct device;
 
 /* The positions of one status. */
 struct place_reading {
-	uint8_t axes;			/* of which it tells the position */
-	bool stood;			/* the engine did, for long enough */
+	uint8_t axes; /* of which it tells the position */
+	bool stood;   /* the engine did, for long enough */
 	int32_t position[POKEYS_AXES];
 	uint64_t asked_ns, came_ns;
-	uint64_t slept_ns;		/* since then this computer was suspended for so long */
+	uint64_t slept_ns; /* since then this computer was suspended for so long */
 };
 
 struct place {
-	struct place_reading last;	/* that was believed */
-	struct place_reading odd;	/* the newest that did not fit it */
-	uint8_t alike;			/* so many of them in a row fitted one another */
-	uint8_t unlike;			/* so many have come since the last that was believed */
-	uint8_t told;			/* axes whose count we have changed, by setting or homing */
-	uint64_t told_ns;		/* ... for the last time */
-	uint8_t jumped;			/* of these, axes that were seen to jump */
-	uint8_t arrived;		/* of those that are being homed: they are */
-	uint8_t lost, known;		/* axes of which the epoch has to change */
-	uint8_t homed;			/* of the known ones: because the device has homed them */
-	uint64_t changed_ns;		/* ... with the first reading after that */
-	uint64_t moved_ns;		/* the engine may have moved an axis until then */
-	bool ran;			/* the link, at least once */
+	struct place_reading last; /* that was believed */
+	struct place_reading odd;  /* the newest that did not fit it */
+	uint8_t alike;             /* so many of them in a row fitted one another */
+	uint8_t unlike;            /* so many have come since the last that was believed */
+	uint8_t told;              /* axes whose count we have changed, by setting or homing */
+	uint64_t told_ns;          /* ... for the last time */
+	uint8_t jumped;            /* of these, axes that were seen to jump */
+	uint8_t arrived;           /* of those that are being homed: they are */
+	uint8_t lost, known;       /* axes of which the epoch has to change */
+	uint8_t homed;             /* of the known ones: because the device has homed them */
+	uint64_t changed_ns;       /* ... with the first reading after that */
+	uint64_t moved_ns;         /* the engine may have moved an axis until then */
+	bool ran;                  /* the link, at least once */
 };
 
 /*

@@ -29,12 +29,13 @@
 #include <string.h>
 #include "daemon/device/internal.h"
 
-enum { KEPT = 4 };	/* places for the urgent kinds alone; with PWM of loops one more */
+enum { KEPT = 4 }; /* places for the urgent kinds alone; with PWM of loops one more */
 
 uint64_t plan_answers_ns(const struct device *device, unsigned int count)
 {
 	return (device->config.period_ns * device->config.fast_divider +
-		device->mailbox.statistics.rtt_smoothed_ns) * count;
+		device->mailbox.statistics.rtt_smoothed_ns) *
+	       count;
 }
 
 bool plan_doubts(const struct device *device)
@@ -123,8 +124,8 @@ bool plan_busy(const struct device *device)
 		if (device->outputs.output[i].open)
 			return true;
 	}
-	return fast_open(device) || device->motion.stop_open ||
-	       device->threading.open || device->threading.cancel_open;
+	return fast_open(device) || device->motion.stop_open || device->threading.open ||
+	       device->threading.cancel_open;
 }
 
 void plan_blocked(struct device *device)
@@ -179,8 +180,7 @@ static bool room(const struct device *device)
 	urgent += loops_channels(device) && device->outputs.output[OUTPUT_PWM].open;
 	urgent += device->threading.open;
 	urgent += device->threading.arm_open || device->threading.cancel_open;
-	return device->mailbox.open_count - urgent + kept(device) <
-	       device->mailbox.options.window;
+	return device->mailbox.open_count - urgent + kept(device) < device->mailbox.options.window;
 }
 
 void plan_cycle(struct device *device)
@@ -204,9 +204,9 @@ void plan_cycle(struct device *device)
 		device->budget++;
 	moved = reference_send(device) || moved;
 	if (moved)
-		device->budget++;	/* motion has a place of its own */
+		device->budget++; /* motion has a place of its own */
 	if (buffer_send(device))
-		device->budget++;	/* likewise */
+		device->budget++; /* likewise */
 }
 
 void plan_spare(struct device *device)

@@ -69,61 +69,61 @@ enum ponet_step {
 	PONET_STATE,
 	PONET_SETTINGS,
 	PONET_VERSION,
-	PONET_START,		/* from here on a module is read */
+	PONET_START, /* from here on a module is read */
 	PONET_FETCH,
 	PONET_LIGHT_START,
 	PONET_LIGHT_FETCH,
 };
 
 struct ponet {
-	uint8_t step;			/* enum ponet_step */
+	uint8_t step; /* enum ponet_step */
 	uint8_t module;
 	uint8_t fetches;
-	bool complete;			/* all modules have been looked at */
-	bool ready;			/* the bus, when it was last asked */
-	uint8_t round[POKEYS_PONET];	/* readings of each module */
+	bool complete;               /* all modules have been looked at */
+	bool ready;                  /* the bus, when it was last asked */
+	uint8_t round[POKEYS_PONET]; /* readings of each module */
 	uint32_t readings;
-	uint32_t since_keys;		/* answers, or none, since the keyboard's data came */
-	bool again;			/* the keyboard is read again, for keys that are new */
-	uint64_t keys;			/* what the first of the two readings had */
-	uint64_t after_ns;		/* nothing to do before */
+	uint32_t since_keys; /* answers, or none, since the keyboard's data came */
+	bool again;          /* the keyboard is read again, for keys that are new */
+	uint64_t keys;       /* what the first of the two readings had */
+	uint64_t after_ns;   /* nothing to do before */
 };
 
 struct slow {
 	bool open, answered;
 	uint8_t failures;
-	uint32_t count;			/* answers since rates were measured */
+	uint32_t count; /* answers since rates were measured */
 	uint64_t due_ns;
 };
 
-enum { PLAN_GAP = 8 };	/* so many fast answers missing in a row: is it still the same device? */
+enum { PLAN_GAP = 8 }; /* so many fast answers missing in a row: is it still the same device? */
 
 /* fast.c. Serials are the mailbox's, of requests. */
 struct fast {
-	bool io_open, status_open;		/* the newest one is awaited */
-	bool measuring;				/* the replies are still awaited ... */
-	uint64_t measured_tick_ns;		/* ... of this tick */
-	uint64_t io_sent, io_taken;		/* the newest one, and of the reply taken last */
+	bool io_open, status_open;  /* the newest one is awaited */
+	bool measuring;             /* the replies are still awaited ... */
+	uint64_t measured_tick_ns;  /* ... of this tick */
+	uint64_t io_sent, io_taken; /* the newest one, and of the reply taken last */
 	uint64_t status_sent, status_taken;
-	uint64_t io_outputs, io_mask;		/* as they were sent last */
-	uint64_t clear[POKEYS_PINS];		/* from this one on, answers tell an output */
-	uint64_t clear_high;			/* the highest of them */
+	uint64_t io_outputs, io_mask; /* as they were sent last */
+	uint64_t clear[POKEYS_PINS];  /* from this one on, answers tell an output */
+	uint64_t clear_high;          /* the highest of them */
 };
 
 struct plan {
-	uint64_t cycle;				/* the last one that was planned */
-	uint64_t next_cycle;			/* in which to ask for everything fast */
-	uint64_t last_io_ns;			/* when the last 0xCC was answered */
-	bool doubt_tick, doubt_identity;	/* was it another one that answered? */
+	uint64_t cycle;                  /* the last one that was planned */
+	uint64_t next_cycle;             /* in which to ask for everything fast */
+	uint64_t last_io_ns;             /* when the last 0xCC was answered */
+	bool doubt_tick, doubt_identity; /* was it another one that answered? */
 	struct slow slow[SLOW_GROUPS];
-	uint64_t blocked_ns;			/* the next safe 0xCC while the link cannot run */
-	bool output_sent;			/* the last lesser request wrote an output */
-	uint64_t rates_ns;			/* slow_millihertz[] are measured since then */
-	uint64_t slow_since_ns;			/* slow_together: its moments count from here */
-	uint8_t counter_pin[POKEYS_PINS];	/* 0-based pins that count */
+	uint64_t blocked_ns;              /* the next safe 0xCC while the link cannot run */
+	bool output_sent;                 /* the last lesser request wrote an output */
+	uint64_t rates_ns;                /* slow_millihertz[] are measured since then */
+	uint64_t slow_since_ns;           /* slow_together: its moments count from here */
+	uint8_t counter_pin[POKEYS_PINS]; /* 0-based pins that count */
 	uint8_t counters, counter_next;
 	uint8_t counter_asked[WIRE_COUNTERS];
-	uint8_t postep_next, postep_asked;	/* which of the rare ones */
+	uint8_t postep_next, postep_asked; /* which of the rare ones */
 };
 
 #endif

@@ -30,13 +30,13 @@
 #define NOBODY_NS (2 * SECOND)		/* look again for modules, while there is none */
 
 enum {
-	BUS_READING = 50,		/* bus states, from here ... */
-	BUS_PWM = 80,			/* ... to here it is at work */
-	FETCHES_MAX = 50,		/* then the module does not answer */
-	LIGHT_ROUNDS = 8,		/* light once in so many readings of a module */
-	STATE_ROUNDS = 32,		/* bus state once in so many readings */
-	KEYS_ROUND = 8,			/* requests that a module may need for its turn ... */
-	KEYS_MORE = 32,			/* ... and some that get lost; then keys are up */
+	BUS_READING = 50,  /* bus states, from here ... */
+	BUS_PWM = 80,      /* ... to here it is at work */
+	FETCHES_MAX = 50,  /* then the module does not answer */
+	LIGHT_ROUNDS = 8,  /* light once in so many readings of a module */
+	STATE_ROUNDS = 32, /* bus state once in so many readings */
+	KEYS_ROUND = 8,    /* requests that a module may need for its turn ... */
+	KEYS_MORE = 32,    /* ... and some that get lost; then keys are up */
 };
 
 bool ponet_has(const struct device *device)
@@ -64,9 +64,10 @@ enum wire_op ponet_ask(struct device *device, union slow_request *request)
 	}
 	request->ponet.module = ponet->module;
 	request->ponet.option = ponet->step == PONET_START || ponet->step == PONET_LIGHT_START ?
-				WIRE_PONET_START : WIRE_PONET_FETCH;
+					WIRE_PONET_START :
+					WIRE_PONET_FETCH;
 	return ponet->step == PONET_START || ponet->step == PONET_FETCH ? WIRE_OP_PONET_DATA :
-									   WIRE_OP_PONET_LIGHT;
+									  WIRE_OP_PONET_LIGHT;
 }
 
 static void look(struct device *device)
@@ -225,7 +226,7 @@ static void take_data(struct device *device, const uint8_t *reply)
 	ponet->step = PONET_FETCH;
 	if (ponet->fetches == 1 || data.result != WIRE_BUS_OK ||
 	    data.status == WIRE_PONET_STILL_BUSY)
-		return;		/* the answer to the start, or not done yet */
+		return; /* the answer to the start, or not done yet */
 	module->status = data.status;
 	if (data.status) {
 		fail(device);
@@ -276,9 +277,9 @@ static void release_keys(struct device *device)
 void ponet_take(struct device *device, const mailbox_entry_t *entry)
 {
 	static void (*const take[])(struct device *, const uint8_t *) = {
-		[PONET_STATE] = take_state, [PONET_SETTINGS] = take_settings,
-		[PONET_VERSION] = take_version, [PONET_START] = take_data,
-		[PONET_FETCH] = take_data, [PONET_LIGHT_START] = take_light,
+		[PONET_STATE] = take_state,       [PONET_SETTINGS] = take_settings,
+		[PONET_VERSION] = take_version,   [PONET_START] = take_data,
+		[PONET_FETCH] = take_data,        [PONET_LIGHT_START] = take_light,
 		[PONET_LIGHT_FETCH] = take_light,
 	};
 

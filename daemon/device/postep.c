@@ -30,8 +30,7 @@ enum wire_op postep_ask(struct device *device, union slow_request *request)
 	return WIRE_OP_POSTEP_STATUS;
 }
 
-static void count_update(struct pokeys_postep *driver, uint8_t updates, bool first,
-			 uint64_t t_ns)
+static void count_update(struct pokeys_postep *driver, uint8_t updates, bool first, uint64_t t_ns)
 {
 	const uint8_t more = (uint8_t)(updates - driver->updates);
 

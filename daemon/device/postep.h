@@ -17,10 +17,12 @@ struct setting;
 
 /* What the device is to do with a driver (@10 of 0x50). */
 enum {
-	UPDATE_MODE = 0xC0, UPDATE_WRITE = 0x80,
-	UPDATE_STATUS = 0x1F,		/* fetch supply, temperature, inputs, state, faults */
-	UPDATE_ALL = 0x3F,		/* and what it is set up for */
-	NUMBER_STEP = 6, NUMBER_TEMPERATURE = 7,
+	UPDATE_MODE = 0xC0,
+	UPDATE_WRITE = 0x80,
+	UPDATE_STATUS = 0x1F, /* fetch supply, temperature, inputs, state, faults */
+	UPDATE_ALL = 0x3F,    /* and what it is set up for */
+	NUMBER_STEP = 6,
+	NUMBER_TEMPERATURE = 7,
 };
 
 /* This device has PoStep drivers; `index` is not used. */

@@ -19,7 +19,7 @@
 
 #define TALK_NS (2 * SECOND)	/* until a driver has been talked to */
 #define LOOK_NS (20 * MS)	/* from look to look at the counters */
-enum { TALKED = 2 };		/* the first one may have begun before */
+enum { TALKED = 2 }; /* the first one may have begun before */
 
 /* The counters, by a request of our own: the slow groups wait for the link to run. */
 static void counters_came(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
@@ -199,7 +199,9 @@ static uint8_t axes_to_pass(const struct setting *setting, unsigned int step)
 bool postep_modes_effect(struct device *device, struct setting *setting)
 {
 	static const uint8_t updates[] = {
-		UPDATE_WRITE | NUMBER_STEP, UPDATE_WRITE | NUMBER_TEMPERATURE, UPDATE_ALL,
+		UPDATE_WRITE | NUMBER_STEP,
+		UPDATE_WRITE | NUMBER_TEMPERATURE,
+		UPDATE_ALL,
 	};
 	struct postep_talk *talk = &device->configure.postep;
 	const unsigned int steps = sizeof(updates);

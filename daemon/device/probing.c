@@ -51,7 +51,9 @@ static struct refusal why_not_axis(const struct device *device, unsigned int i, 
 	if (target > MOTION_POSITION_MAX || target < -MOTION_POSITION_MAX)
 		return refusal(REFUSAL_POSITION, i);
 	return refusal(intake_beyond_soft_limits(device, i, axis->position, target) ?
-		       REFUSAL_SOFT_LIMIT : REFUSAL_NONE, i);
+			       REFUSAL_SOFT_LIMIT :
+			       REFUSAL_NONE,
+		       i);
 }
 
 static struct refusal why_not_hybrid(const struct device *device,
@@ -59,8 +61,7 @@ static struct refusal why_not_hybrid(const struct device *device,
 {
 	if (shot->mask)
 		return refusal(REFUSAL_HYBRID_AXES, 0);
-	return refusal(device->motion.phase == MOTION_ON ? REFUSAL_NONE :
-							   REFUSAL_ENGINE_OFF, 0);
+	return refusal(device->motion.phase == MOTION_ON ? REFUSAL_NONE : REFUSAL_ENGINE_OFF, 0);
 }
 
 struct refusal probing_why_not(const struct device *device, const struct pokeys_one_shot *shot)
@@ -91,7 +92,9 @@ static bool start(struct device *device, pokeys_parser_t parser)
 {
 	const struct pokeys_one_shot *shot = &device->task.shot;
 	struct wire_pulse_probe_start_req request = {
-		.mask = shot->mask, .speed = shot->parameter[1], .input = shot->index,
+		.mask = shot->mask,
+		.speed = shot->parameter[1],
+		.input = shot->index,
 		.hybrid = !!(shot->flags & POKEYS_PROBE_HYBRID),
 		.polarity = !!(shot->flags & POKEYS_PROBE_ACTIVE_HIGH),
 	};
@@ -122,11 +125,20 @@ static uint8_t take(struct device *device, const mailbox_entry_t *entry)
 }
 
 const struct task_kind task_probing = {
-	.limit_ns = 60 * SECOND, .is_working = is_working, .is_complete = is_complete,
-	.start = start, .finish = finish, .take = take,
+	.limit_ns = 60 * SECOND,
+	.is_working = is_working,
+	.is_complete = is_complete,
+	.start = start,
+	.finish = finish,
+	.take = take,
 };
 
 const struct task_kind task_hybrid = {
-	.limit_ns = 60 * SECOND, .beside = true, .is_working = hybrid_is_working,
-	.is_complete = hybrid_is_complete, .start = start, .finish = finish, .take = take,
+	.limit_ns = 60 * SECOND,
+	.beside = true,
+	.is_working = hybrid_is_working,
+	.is_complete = hybrid_is_complete,
+	.start = start,
+	.finish = finish,
+	.take = take,
 };

@@ -91,7 +91,7 @@ static double braking_way(const struct device *device, unsigned int i, double sp
 {
 	const struct wire_axis_config *set =
 		&device->configure.setting[SETTING_AXIS + i].value.axis.config;
-	const double rate = (double)set->max_decel * 1e6;	/* pulses/s^2 */
+	const double rate = (double)set->max_decel * 1e6; /* pulses/s^2 */
 
 	speed = fabs(speed);
 	return rate > 0 ? fmin(speed * speed / (2 * rate), speed * LEAD_MOST_S) : 0;
@@ -134,8 +134,7 @@ void reference_lead(const struct device *device, unsigned int i, struct axis_wis
 		wish->way = (float)way_of(device, i, wish->position, speed);
 }
 
-int32_t reference_ahead(const struct device *device, unsigned int i,
-			const struct axis_wish *wish)
+int32_t reference_ahead(const struct device *device, unsigned int i, const struct axis_wish *wish)
 {
 	const struct pokeys_axis *axis = &device->image.engine.axis[i];
 	const double position = wish->position, way = (double)wish->way;
@@ -195,8 +194,7 @@ static bool astray(const struct device *device)
 		const struct pokeys_axis *axis = &device->image.engine.axis[i];
 
 		if (motion->driven >> i & 1 && axis->mode == POKEYS_AXIS_POSITION &&
-		    axis->state == WIRE_AXIS_READY &&
-		    axis->position != motion->acked.position[i])
+		    axis->state == WIRE_AXIS_READY && axis->position != motion->acked.position[i])
 			return true;
 	}
 	return false;
@@ -326,7 +324,7 @@ static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *
 				   entry->serial != motion->reference_mixed &&
 				   entry->serial >= motion->reference_clear;
 	} else {
-		reference_forget(device);	/* it may have got this one last */
+		reference_forget(device); /* it may have got this one last */
 	}
 	if (motion->answered && !pipeline_awaited(device, ended))
 		acknowledge(device);

@@ -16,9 +16,9 @@
 #include "daemon/device/internal.h"
 
 enum {
-	SAY_MAX = 20,		/* events of a kind in a second */
-	SAY_CHANGED_MAX = 160,	/* settings are many at once, when a device is set up anew */
-	HELD_MOST = 2,		/* 0xCC and 0xCB */
+	SAY_MAX = 20,          /* events of a kind in a second */
+	SAY_CHANGED_MAX = 160, /* settings are many at once, when a device is set up anew */
+	HELD_MOST = 2,         /* 0xCC and 0xCB */
 };
 
 _Static_assert((int)POKEYS_CLASS_READ == (int)WIRE_READ, "classes are one list");
@@ -57,8 +57,7 @@ static bool is_full(const struct device *device)
 	return running(device) && open + HELD_MOST >= window && open + held(device) >= window;
 }
 
-static bool send(struct device *device, enum wire_op op, const void *value,
-		 const struct ends *ends)
+static bool send(struct device *device, enum wire_op op, const void *value, const struct ends *ends)
 {
 	const struct wire_op_row *row = wire_op(op);
 	uint8_t packet[WIRE_PK];
@@ -69,7 +68,7 @@ static bool send(struct device *device, enum wire_op op, const void *value,
 		return false;
 	wire_encode_req(op, packet, value);
 	class = wire_request_class(row, packet);
-	id = pokeys_request_create(&device->mailbox, packet, (enum pokeys_class)class,
+	id = pokeys_request_create(&device->mailbox, packet, (enum pokeys_class) class,
 				   ends->parser, ends->refresh, ends->context);
 	if (id < 0)
 		return false;
@@ -86,8 +85,8 @@ static bool send(struct device *device, enum wire_op op, const void *value,
 	return true;
 }
 
-bool request_send(struct device *device, enum wire_op op, const void *value,
-		  pokeys_parser_t parser, pokeys_refresh_t refresh, void *context)
+bool request_send(struct device *device, enum wire_op op, const void *value, pokeys_parser_t parser,
+		  pokeys_refresh_t refresh, void *context)
 {
 	const struct ends ends = { .parser = parser, .refresh = refresh, .context = context };
 
@@ -98,7 +97,10 @@ bool request_send_first(struct device *device, enum wire_op op, const void *valu
 			pokeys_parser_t parser, pokeys_refresh_t refresh, void *context)
 {
 	const struct ends ends = {
-		.parser = parser, .refresh = refresh, .context = context, .first = true,
+		.parser = parser,
+		.refresh = refresh,
+		.context = context,
+		.first = true,
 	};
 
 	return send(device, op, value, &ends);
@@ -108,8 +110,11 @@ bool request_send_once(struct device *device, enum wire_op op, const void *value
 		       pokeys_parser_t parser, pokeys_refresh_t refresh, void *context)
 {
 	const struct ends ends = {
-		.parser = parser, .refresh = refresh, .context = context,
-		.first = op == WIRE_OP_IO, .once = true,
+		.parser = parser,
+		.refresh = refresh,
+		.context = context,
+		.first = op == WIRE_OP_IO,
+		.once = true,
 	};
 
 	return send(device, op, value, &ends);
@@ -148,8 +153,7 @@ bool request_cancel(struct device *device, pokeys_parser_t parser, const void *c
 {
 	const mailbox_entry_t *entry = find(device, parser, context);
 
-	return entry && !pokeys_request_cancel(&device->mailbox, entry->request_id,
-					       device->now_ns);
+	return entry && !pokeys_request_cancel(&device->mailbox, entry->request_id, device->now_ns);
 }
 
 bool request_again(struct device *device, pokeys_parser_t parser, const void *context)
@@ -179,8 +183,13 @@ void device_say(struct device *device, enum event_code code, enum event_level le
 		int64_t b, int64_t c)
 {
 	const struct event event = {
-		.t_ns = device->now_ns, .code = (uint16_t)code, .level = (uint8_t)level,
-		.device = device->config.index, .a = a, .b = b, .c = c,
+		.t_ns = device->now_ns,
+		.code = (uint16_t)code,
+		.level = (uint8_t)level,
+		.device = device->config.index,
+		.a = a,
+		.b = b,
+		.c = c,
 	};
 
 	if (may_say(device, code))

@@ -25,10 +25,10 @@
 
 enum {
 	SLACK_MS = 5,
-	DRIFT = 64,		/* one part in so many */
-	DRIFT_ASLEEP = 1024,	/* for hours: what any crystal keeps */
-	ODD_MAX = 3,		/* in a row, of which no three fit: no clock at all */
-	ALIKE = 3,		/* answers in a row that tell the same other device */
+	DRIFT = 64,          /* one part in so many */
+	DRIFT_ASLEEP = 1024, /* for hours: what any crystal keeps */
+	ODD_MAX = 3,         /* in a row, of which no three fit: no clock at all */
+	ALIKE = 3,           /* answers in a row that tell the same other device */
 };
 
 /* Could one clock have said both? Its number wraps every 49 days. */
@@ -83,7 +83,8 @@ void restart_tick(struct device *device, const mailbox_entry_t *entry)
 {
 	struct restart *restart = &device->restart;
 	struct reading now = {
-		.known = true, .asked_ns = entry->timestamp_first_sent,
+		.known = true,
+		.asked_ns = entry->timestamp_first_sent,
 		.came_ns = entry->timestamp_received,
 	};
 	struct wire_tick_rep tick;

@@ -16,20 +16,20 @@ struct device;
 struct reading {
 	bool known;
 	uint32_t ms;
-	uint32_t blur_ms;		/* ... or so much less or more */
+	uint32_t blur_ms; /* ... or so much less or more */
 	uint64_t asked_ns, came_ns;
 };
 
 struct restart {
-	struct reading last;		/* that was believed */
-	struct reading odd;		/* the newest that did not fit it */
-	bool clock_known;		/* since it was last identified */
-	uint64_t fit_ns;		/* the newest reading that fitted was asked for then */
-	uint8_t odd_ticks;		/* in a row */
-	uint8_t odd_alike;		/* ... of which so many fit one another */
-	uint8_t odd_identity;		/* so often the same other serial number or lock was said */
-	uint8_t data_alike;		/* so often in a row, up to 255 */
-	uint8_t data[WIRE_PAYLOAD_LEN];	/* ... the newest device data was said */
+	struct reading last;            /* that was believed */
+	struct reading odd;             /* the newest that did not fit it */
+	bool clock_known;               /* since it was last identified */
+	uint64_t fit_ns;                /* the newest reading that fitted was asked for then */
+	uint8_t odd_ticks;              /* in a row */
+	uint8_t odd_alike;              /* ... of which so many fit one another */
+	uint8_t odd_identity;           /* so often the same other serial number or lock was said */
+	uint8_t data_alike;             /* so often in a row, up to 255 */
+	uint8_t data[WIRE_PAYLOAD_LEN]; /* ... the newest device data was said */
 };
 
 /* The device data once more: another one in its place is as good as a restart. */

@@ -126,8 +126,7 @@ static bool all_safe(const struct device *device)
 
 bool safe_part(const struct device *device, unsigned int part)
 {
-	const bool resumes = !device->config.resume_auto &&
-			     device->config.resume_parts & part;
+	const bool resumes = !device->config.resume_auto && device->config.resume_parts & part;
 
 	return all_safe(device) || (safe_holds(device) && !resumes);
 }
@@ -182,8 +181,8 @@ static void judge_permission(struct device *device)
 	if (!safe->edge_armed)
 		return;
 	safe->edge_armed = false;
-	permit(device, positions_known(device) &&
-		       !engine_tripped(device->image.engine.state) && postep_permits(device));
+	permit(device, positions_known(device) && !engine_tripped(device->image.engine.state) &&
+			       postep_permits(device));
 }
 
 static void judge_safe(struct device *device)
@@ -221,9 +220,8 @@ static void judge_reached(struct device *device)
 	struct safe *safe = &device->safe;
 	const bool there = running(device) ||
 			   (device->life.blocked && device->access.phase == ACCESS_OPEN);
-	const bool reached = safe->wanted && there && loops_off(device) &&
-			     outputs_safe(device) && motion_standing(device) &&
-			     !threading_dirty(device);
+	const bool reached = safe->wanted && there && loops_off(device) && outputs_safe(device) &&
+			     motion_standing(device) && !threading_dirty(device);
 
 	if (reached != safe->reached)
 		device_say(device, EVENT_SAFE, EVENT_NOTICE, reached, there, 0);
@@ -265,19 +263,19 @@ void safe_outputs(const struct device *device, uint64_t *outputs, uint64_t *mask
 	const uint64_t safe_mask = (pins_load(device->config.safe_mask) | safe->commanded) & owned &
 				   ~pins_load(device->config.safe_hold);
 	const uint64_t safe_values = pins_load(device->config.safe_outputs);
-	const uint64_t follow = all_safe(device) ? 0 :
-				safe_holds(device) ? resumed_pins(device) : UINT64_MAX;
+	const uint64_t follow = all_safe(device)   ? 0 :
+				safe_holds(device) ? resumed_pins(device) :
+						     UINT64_MAX;
 	/* what the safe state leaves as it is may still be switched off */
 	const uint64_t off = safe->wanted ? 0 :
-			     pins_load(device->config.safe_hold) & ~intake->outputs;
-	const uint64_t commanded = intake->fresh ?
-				   intake->outputs_mask & owned & (follow | off) : 0;
+					    pins_load(device->config.safe_hold) & ~intake->outputs;
+	const uint64_t commanded = intake->fresh ? intake->outputs_mask & owned & (follow | off) :
+						   0;
 	const uint64_t kept = safe_mask & ~follow;
 	const uint64_t loops = loops_pins(device);
 
 	*mask = kept | commanded | loops;
-	*outputs = (safe_values & kept) | (intake->outputs & commanded) |
-		   loops_pins_on(device);
+	*outputs = (safe_values & kept) | (intake->outputs & commanded) | loops_pins_on(device);
 }
 
 void safe_outputs_acked(struct device *device, uint64_t outputs, uint64_t mask)
@@ -317,7 +315,7 @@ void device_ended(struct device *device, uint64_t now_ns)
 	int64_t acts_ms = -1;
 
 	device->now_ns = now_ns;
-	judge_reached(device);	/* the last answers came after the last cycle began */
+	judge_reached(device); /* the last answers came after the last cycle began */
 	if (safe->reached || !(safe->stopping ? safe->ran : running(device)))
 		return;
 	if (failsafe)

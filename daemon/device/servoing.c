@@ -68,16 +68,14 @@ static uint8_t channels_of(const struct servoing_config *config)
 	return (uint8_t)(channel_bit(config->pwm) | channel_bit(config->reverse_pwm));
 }
 
-static bool disables(const struct wire_failsafe_req *failsafe,
-		     const struct servoing_config *config)
+static bool disables(const struct wire_failsafe_req *failsafe, const struct servoing_config *config)
 {
 	return config->enable != SERVOING_NONE && failsafe->peripherals & WIRE_FAILSAFE_DIGITAL &&
 	       !(failsafe->outputs >> config->enable & 1);
 }
 
 /* With antiphase, a duty of 0 is full speed backwards. */
-static bool ends_pwm(const struct wire_failsafe_req *failsafe,
-		     const struct servoing_config *config)
+static bool ends_pwm(const struct wire_failsafe_req *failsafe, const struct servoing_config *config)
 {
 	if (config->drive.kind == DRIVE_ANTIPHASE)
 		return false;
@@ -174,8 +172,7 @@ void servoing_share(struct device *device, const char *key, unsigned int index)
 
 bool servoing_is_pressed(const struct device *device, uint8_t pin, bool inverted)
 {
-	return pin != SERVOING_NONE &&
-	       (pins_load(device->image.digital_in) >> pin & 1) != inverted;
+	return pin != SERVOING_NONE && (pins_load(device->image.digital_in) >> pin & 1) != inverted;
 }
 
 /* The commander's emergency stop, or the button at a pulse engine that is set up. */
@@ -276,7 +273,8 @@ static struct servo_wish wish_of(const struct device *device, unsigned int i)
 		.alive = device->intake.fresh && !device->safe.stopping,
 		.blind = !device->intake.read_recently,
 		.enable = wanted->enable,
-		.position = wanted->position, .velocity = wanted->velocity,
+		.position = wanted->position,
+		.velocity = wanted->velocity,
 	};
 }
 
@@ -299,8 +297,7 @@ static void step(struct device *device, unsigned int i)
 	if (!servoing->servo.enabled || !plan_doubts(device))
 		servoing->wires = drive_step(&servoing->drive, &config->drive,
 					     config->inverted ? -output : output,
-					     servoing->servo.enabled, settled,
-					     device->now_ns);
+					     servoing->servo.enabled, settled, device->now_ns);
 	say(device, i, was_enabled);
 	if (servoing->servo.enabled)
 		left_on(&servoing->driven);
@@ -367,7 +364,7 @@ static void show(struct device *device, unsigned int i)
 	image->fault = (uint8_t)servo->fault;
 	image->condition = (uint8_t)servo->condition;
 	image->obstacle = (uint8_t)(servo->condition == SERVO_DEVICE ? obstacle_of(device, i) :
-								      POKEYS_OBSTACLE_NONE);
+								       POKEYS_OBSTACLE_NONE);
 	image->refused = (uint8_t)servo->refusal;
 	image->homed = servo->homed;
 	image->low = servoing_is_pressed(device, config->low, config->low_inverted);
@@ -546,7 +543,9 @@ bool servoing_regain(struct device *device, unsigned int index, unsigned int whi
 {
 	struct servo_gains gains;
 	double *const gain[] = {
-		[POKEYS_GAIN_P] = &gains.p, [POKEYS_GAIN_I] = &gains.i, [POKEYS_GAIN_D] = &gains.d,
+		[POKEYS_GAIN_P] = &gains.p,
+		[POKEYS_GAIN_I] = &gains.i,
+		[POKEYS_GAIN_D] = &gains.d,
 		[POKEYS_GAIN_VELOCITY] = &gains.velocity,
 		[POKEYS_GAIN_ACCELERATION] = &gains.acceleration,
 	};

@@ -16,10 +16,10 @@
 #include "wire/io.h"
 
 enum {
-	SERVOING_NONE = 255,		/* no such pin, or channel */
-	SERVOING_FAILSAFE_MOST = 10,	/* x100 ms: longer, an axis runs too far */
-	SERVOING_PERIOD_LEAST = 250,	/* ticks of PWM, so that a duty is one of as many */
-	SERVOING_PERIOD_MOST = 25000,	/* 1 ms: a new duty is in effect in the next cycle */
+	SERVOING_NONE = 255,          /* no such pin, or channel */
+	SERVOING_FAILSAFE_MOST = 10,  /* x100 ms: longer, an axis runs too far */
+	SERVOING_PERIOD_LEAST = 250,  /* ticks of PWM, so that a duty is one of as many */
+	SERVOING_PERIOD_MOST = 25000, /* 1 ms: a new duty is in effect in the next cycle */
 };
 
 struct servoing_config {
@@ -27,16 +27,16 @@ struct servoing_config {
 	struct servo_config servo;
 	struct drive_config drive;
 	uint8_t encoder;
-	uint8_t pwm, reverse_pwm;	/* channels */
-	uint8_t direction, enable;	/* pins, from 0 */
-	uint8_t low, high;		/* pins of the limit switches */
-	bool low_inverted, high_inverted;	/* pressed while low */
-	uint8_t home_pin;		/* home switch: one of those, or another pin, from 0 */
+	uint8_t pwm, reverse_pwm;         /* channels */
+	uint8_t direction, enable;        /* pins, from 0 */
+	uint8_t low, high;                /* pins of the limit switches */
+	bool low_inverted, high_inverted; /* pressed while low */
+	uint8_t home_pin;                 /* home switch: one of those, or another pin, from 0 */
 	bool home_inverted;
 	struct servo_home_config home;
-	double acceleration;		/* on a path, units/s^2 */
-	bool inverted;			/* an output above 0 makes the position shrink */
-	bool without_failsafe;		/* it may run although the device cannot stop it */
+	double acceleration;   /* on a path, units/s^2 */
+	bool inverted;         /* an output above 0 makes the position shrink */
+	bool without_failsafe; /* it may run although the device cannot stop it */
 };
 
 /* The state of one motor. */
@@ -46,9 +46,9 @@ struct servoing {
 	struct servo_tune tune;
 	struct drive drive;
 	struct drive_wires wires;
-	bool good;			/* its configuration can be used */
-	bool shared;			/* something else of the device has a terminal of it */
-	struct left_on driven;		/* it was enabled, or is */
+	bool good;             /* its configuration can be used */
+	bool shared;           /* something else of the device has a terminal of it */
+	struct left_on driven; /* it was enabled, or is */
 	uint32_t faults;
 	/* what was said last */
 	uint8_t fault, refusal, home_end, tuning;
@@ -56,14 +56,14 @@ struct servoing {
 
 struct servoings {
 	uint8_t count;
-	uint8_t counts_epoch[POKEYS_ENCODERS];	/* its counter was written, or set up again */
+	uint8_t counts_epoch[POKEYS_ENCODERS]; /* its counter was written, or set up again */
 	struct servoing servoing[POKEYS_SERVOS];
 };
 
 /* What the commander wants; servo_step() judges it. */
 struct servoing_wish {
 	bool enable;
-	double position, velocity;	/* units, units/s; NaN: not known */
+	double position, velocity; /* units, units/s; NaN: not known */
 };
 
 struct device;

@@ -57,7 +57,8 @@ void servoing_home_step(struct device *device, unsigned int index, struct servo_
 	const bool is_read = servoing_is_as_wanted(device, config->home_pin, WIRE_PIN_INPUT) &&
 			     !plan_doubts(device);
 	const struct servo_home_input input = {
-		.active = is_active(device, config), .limit = is_limit(config),
+		.active = is_active(device, config),
+		.limit = is_limit(config),
 		.read_ns = is_read ? device->image.t_digital_ns : 0,
 	};
 

@@ -21,11 +21,11 @@
 struct device;
 
 enum setting_state {
-	SETTING_READ,		/* to be read */
+	SETTING_READ, /* to be read */
 	SETTING_READING,
-	SETTING_WRITE,		/* differs: to be written */
+	SETTING_WRITE, /* differs: to be written */
 	SETTING_WRITING,
-	SETTING_EFFECT,		/* written; takes effect by a further request */
+	SETTING_EFFECT, /* written; takes effect by a further request */
 	SETTING_DONE,
 	SETTING_REFUSED,
 };
@@ -50,7 +50,7 @@ enum setting_index {
 	SETTING_POSTEP,
 	SETTING_POSTEP_MODES,
 	SETTING_THREADING,
-	SETTING_AXIS,		/* and one more for each further axis */
+	SETTING_AXIS, /* and one more for each further axis */
 	SETTINGS = SETTING_AXIS + POKEYS_AXES
 };
 
@@ -58,7 +58,7 @@ enum setting_index {
 struct setting_thread {
 	struct wire_thread_status_rep status;
 	struct wire_thread_params_req params;
-	bool written;			/* params were acknowledged */
+	bool written; /* params were acknowledged */
 };
 
 union setting_value {
@@ -111,33 +111,33 @@ union setting_request {
 };
 
 struct setting {
-	uint8_t state;			/* enum setting_state */
-	uint8_t failures;		/* reads without answer */
-	uint8_t writes;			/* answered, and not taken all the same */
-	uint8_t unanswered;		/* writes without answer */
-	bool said;			/* that it is refused */
-	bool watched;			/* it is read in its turn (watch.c), and at rest */
-	uint64_t differed;		/* ... from what is wanted, before */
-	uint64_t odd;			/* ... and at the last reading, believed or not */
-	bool waited;			/* ... to be written, before */
-	bool known;			/* value is what the device said last */
-	uint64_t changed;		/* bit = pin or encoder written; bit 0 = all else */
-	uint64_t after_ns;		/* read not before */
-	uint64_t asked_ns;		/* when value was asked for */
-	union setting_value value;	/* as the device has it */
-	union setting_request write;	/* as we want it */
+	uint8_t state;               /* enum setting_state */
+	uint8_t failures;            /* reads without answer */
+	uint8_t writes;              /* answered, and not taken all the same */
+	uint8_t unanswered;          /* writes without answer */
+	bool said;                   /* that it is refused */
+	bool watched;                /* it is read in its turn (watch.c), and at rest */
+	uint64_t differed;           /* ... from what is wanted, before */
+	uint64_t odd;                /* ... and at the last reading, believed or not */
+	bool waited;                 /* ... to be written, before */
+	bool known;                  /* value is what the device said last */
+	uint64_t changed;            /* bit = pin or encoder written; bit 0 = all else */
+	uint64_t after_ns;           /* read not before */
+	uint64_t asked_ns;           /* when value was asked for */
+	union setting_value value;   /* as the device has it */
+	union setting_request write; /* as we want it */
 };
 
 /* postep_talk.c: on the way to the drivers, and back. */
 struct postep_talk {
-	uint8_t step;			/* of what has to be done, 0 = the first */
-	uint8_t passing;		/* bit = axis that the device was told about */
-	uint8_t awaited;		/* bit = axis whose driver has not been talked to since */
-	uint8_t updates[POKEYS_AXES];	/* its counter then */
+	uint8_t step;                 /* of what has to be done, 0 = the first */
+	uint8_t passing;              /* bit = axis that the device was told about */
+	uint8_t awaited;              /* bit = axis whose driver has not been talked to since */
+	uint8_t updates[POKEYS_AXES]; /* its counter then */
 	bool open, waiting, counted;
-	uint8_t fetched;		/* bit = axis whose driver's own values have been read */
-	uint8_t turning;		/* bit = axis whose driver gets another step mode */
-	uint8_t permitted[POKEYS_AXES];	/* step modes when motion was permitted, 255 = not known */
+	uint8_t fetched;                /* bit = axis whose driver's own values have been read */
+	uint8_t turning;                /* bit = axis whose driver gets another step mode */
+	uint8_t permitted[POKEYS_AXES]; /* step modes when motion was permitted, 255 = not known */
 	uint64_t until_ns, again_ns;
 };
 
@@ -152,27 +152,27 @@ struct configure {
 	struct setting setting[SETTINGS];
 	struct postep_talk postep;
 	struct synced synced;
-	bool standing;			/* the pulse engine stands: settings may be written */
-	bool found_running;		/* the engine, since we look at it */
+	bool standing;      /* the pulse engine stands: settings may be written */
+	bool found_running; /* the engine, since we look at it */
 	bool stop_open;
-	uint64_t watch_ns;		/* when the next one is read in its turn */
-	uint8_t watch_last;		/* the last one that is no function of pins */
-	bool watch_pins;		/* those were the last */
-	uint64_t again_ns;		/* blocked until then; 0 = not */
+	uint64_t watch_ns;  /* when the next one is read in its turn */
+	uint8_t watch_last; /* the last one that is no function of pins */
+	bool watch_pins;    /* those were the last */
+	uint64_t again_ns;  /* blocked until then; 0 = not */
 };
 
 /* What is wanted, by whom, and what the device has. */
 struct wishes {
-	struct pokeys_settings accepted;	/* of the commander's, what was in range */
-	struct pokeys_settings wanted;	/* pokeysd.conf's, and the commander's over it */
-	struct pokeys_settings known;	/* the device's own */
-	uint32_t session;		/* of the commander who wished */
-	uint32_t generation;		/* of the commander's wish; 0 = none yet */
-	uint32_t count;			/* reports */
-	uint8_t refused, refused_index;	/* enum pokeys_setting, the last one */
+	struct pokeys_settings accepted; /* of the commander's, what was in range */
+	struct pokeys_settings wanted;   /* pokeysd.conf's, and the commander's over it */
+	struct pokeys_settings known;    /* the device's own */
+	uint32_t session;                /* of the commander who wished */
+	uint32_t generation;             /* of the commander's wish; 0 = none yet */
+	uint32_t count;                  /* reports */
+	uint8_t refused, refused_index;  /* enum pokeys_setting, the last one */
 	uint8_t state_reported;
-	bool out_of_range;		/* ... was so by itself: only another wish mends it */
-	bool changed;			/* since the last report */
+	bool out_of_range; /* ... was so by itself: only another wish mends it */
+	bool changed;      /* since the last report */
 };
 
 struct setting_kind {

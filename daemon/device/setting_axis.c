@@ -162,8 +162,15 @@ static int64_t axis_written(const union setting_value *value, unsigned int which
 }
 
 const struct setting_kind setting_axis = {
-	.read = WIRE_OP_PULSE_AXIS_GET, .write = WIRE_OP_PULSE_AXIS_SET,
-	.name = POKEYS_SETTING_AXIS, .vital = true, .has = setting_has_engine,
-	.wanted = axis_wanted, .ask = axis_ask, .merge = axis_merge, .learn = axis_learn,
-	.report = axis_report, .written = axis_written,
+	.read = WIRE_OP_PULSE_AXIS_GET,
+	.write = WIRE_OP_PULSE_AXIS_SET,
+	.name = POKEYS_SETTING_AXIS,
+	.vital = true,
+	.has = setting_has_engine,
+	.wanted = axis_wanted,
+	.ask = axis_ask,
+	.merge = axis_merge,
+	.learn = axis_learn,
+	.report = axis_report,
+	.written = axis_written,
 };

@@ -16,8 +16,7 @@
 
 static bool has_backlash(const struct device *device, unsigned int index)
 {
-	return setting_has_engine(device, index) &&
-	       setting_since(device, setting_backlash.since);
+	return setting_has_engine(device, index) && setting_since(device, setting_backlash.since);
 }
 
 static bool backlash_wanted(const struct pokeys_settings *want, unsigned int index)
@@ -49,7 +48,7 @@ static uint64_t backlash_merge(const struct pokeys_settings *want, unsigned int 
 	memset(request, 0, sizeof(*request));
 	set->enable = want->set & POKEYS_SET_BACKLASH ? want->backlash_enable : have->enable;
 	set->max_speed = want->set & POKEYS_SET_BACKLASH_SPEED ? want->backlash_speed :
-								  have->max_speed;
+								 have->max_speed;
 	differs = (uint64_t)(!set->enable != !have->enable || set->max_speed != have->max_speed)
 		  << SETTING_ENGINE_BIT;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
@@ -112,8 +111,15 @@ void backlash_take(struct device *device, const mailbox_entry_t *entry)
 }
 
 const struct setting_kind setting_backlash = {
-	.read = WIRE_OP_PULSE_BACKLASH_GET, .write = WIRE_OP_PULSE_BACKLASH_SET,
-	.name = POKEYS_SETTING_BACKLASH, .since = SETTING_VERSION(4, 1, 26), .has = has_backlash,
-	.wanted = backlash_wanted, .ask = setting_ask_zeros, .merge = backlash_merge,
-	.learn = backlash_learn, .report = backlash_report, .written = backlash_written,
+	.read = WIRE_OP_PULSE_BACKLASH_GET,
+	.write = WIRE_OP_PULSE_BACKLASH_SET,
+	.name = POKEYS_SETTING_BACKLASH,
+	.since = SETTING_VERSION(4, 1, 26),
+	.has = has_backlash,
+	.wanted = backlash_wanted,
+	.ask = setting_ask_zeros,
+	.merge = backlash_merge,
+	.learn = backlash_learn,
+	.report = backlash_report,
+	.written = backlash_written,
 };

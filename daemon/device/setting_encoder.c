@@ -56,9 +56,10 @@ static uint32_t basic_changed(unsigned int number, const union setting_value *be
 
 	for (unsigned int i = 0; i < WIRE_ENCODER_BASIC; i++) {
 		const bool differs = number == SETTING_ENCODER_OPTIONS ?
-				     before->options.option[i] != now->options.option[i] :
-				     before->encoder_pins.a[i] != now->encoder_pins.a[i] ||
-				     before->encoder_pins.b[i] != now->encoder_pins.b[i];
+					     before->options.option[i] != now->options.option[i] :
+					     before->encoder_pins.a[i] != now->encoder_pins.a[i] ||
+						     before->encoder_pins.b[i] !=
+							     now->encoder_pins.b[i];
 
 		changed |= (uint32_t)differs << i;
 	}
@@ -66,20 +67,21 @@ static uint32_t basic_changed(unsigned int number, const union setting_value *be
 }
 
 uint32_t setting_encoders_changed(const struct device *device, unsigned int number,
-				  const union setting_value *before,
-				  const union setting_value *now)
+				  const union setting_value *before, const union setting_value *now)
 {
 	switch (number) {
 	case SETTING_ENCODER_OPTIONS:
 	case SETTING_ENCODER_PINS:
 		return basic_changed(number, before, now);
 	case SETTING_FAST_ENCODERS:
-		return before->fast.status == now->fast.status ? 0 :
-		       (UINT32_C(1) << device->image.capability.fast_encoders) - 1;
+		return before->fast.status == now->fast.status ?
+			       0 :
+			       (UINT32_C(1) << device->image.capability.fast_encoders) - 1;
 	case SETTING_ULTRA_ENCODER:
 		return before->ultra.status == now->ultra.status &&
-		       before->ultra.options == now->ultra.options ? 0 :
-		       UINT32_C(1) << WIRE_ENCODER_ULTRA;
+				       before->ultra.options == now->ultra.options ?
+			       0 :
+			       UINT32_C(1) << WIRE_ENCODER_ULTRA;
 	default:
 		return 0;
 	}
@@ -132,10 +134,16 @@ static int64_t options_written(const union setting_value *value, unsigned int wh
 }
 
 const struct setting_kind setting_encoder_options = {
-	.read = WIRE_OP_ENCODER_OPTIONS, .write = WIRE_OP_ENCODER_OPTIONS,
-	.name = POKEYS_SETTING_ENCODER, .has = has_encoders, .wanted = options_wanted,
-	.ask = setting_ask_zeros, .merge = options_merge, .learn = learn_enabled,
-	.report = options_report, .written = options_written,
+	.read = WIRE_OP_ENCODER_OPTIONS,
+	.write = WIRE_OP_ENCODER_OPTIONS,
+	.name = POKEYS_SETTING_ENCODER,
+	.has = has_encoders,
+	.wanted = options_wanted,
+	.ask = setting_ask_zeros,
+	.merge = options_merge,
+	.learn = learn_enabled,
+	.report = options_report,
+	.written = options_written,
 };
 
 /* Pins, 0xC5. */
@@ -151,8 +159,7 @@ static bool encoder_pins_wanted(const struct pokeys_settings *want, unsigned int
 }
 
 static uint64_t encoder_pins_merge(const struct pokeys_settings *want, unsigned int index,
-				   const union setting_value *value,
-				   union setting_request *request)
+				   const union setting_value *value, union setting_request *request)
 {
 	const struct wire_encoder_pins_rep *have = &value->encoder_pins;
 	uint64_t differs = 0;
@@ -189,10 +196,16 @@ static int64_t encoder_pins_written(const union setting_value *value, unsigned i
 }
 
 const struct setting_kind setting_encoder_pins = {
-	.read = WIRE_OP_ENCODER_PINS, .write = WIRE_OP_ENCODER_PINS,
-	.name = POKEYS_SETTING_ENCODER_PINS, .has = has_encoders, .wanted = encoder_pins_wanted,
-	.ask = setting_ask_zeros, .merge = encoder_pins_merge, .learn = setting_learn_nothing,
-	.report = encoder_pins_report, .written = encoder_pins_written,
+	.read = WIRE_OP_ENCODER_PINS,
+	.write = WIRE_OP_ENCODER_PINS,
+	.name = POKEYS_SETTING_ENCODER_PINS,
+	.has = has_encoders,
+	.wanted = encoder_pins_wanted,
+	.ask = setting_ask_zeros,
+	.merge = encoder_pins_merge,
+	.learn = setting_learn_nothing,
+	.report = encoder_pins_report,
+	.written = encoder_pins_written,
 };
 
 /* Fast encoders, 0xCE. */
@@ -249,9 +262,15 @@ static int64_t fast_written(const union setting_value *value, unsigned int which
 }
 
 const struct setting_kind setting_fast = {
-	.read = WIRE_OP_FAST_ENCODERS, .write = WIRE_OP_FAST_ENCODERS,
-	.name = POKEYS_SETTING_FAST_ENCODERS, .has = has_fast, .wanted = fast_wanted,
-	.ask = fast_ask, .merge = fast_merge, .learn = learn_enabled, .report = fast_report,
+	.read = WIRE_OP_FAST_ENCODERS,
+	.write = WIRE_OP_FAST_ENCODERS,
+	.name = POKEYS_SETTING_FAST_ENCODERS,
+	.has = has_fast,
+	.wanted = fast_wanted,
+	.ask = fast_ask,
+	.merge = fast_merge,
+	.learn = learn_enabled,
+	.report = fast_report,
 	.written = fast_written,
 };
 
@@ -307,8 +326,14 @@ static int64_t ultra_written(const union setting_value *value, unsigned int whic
 }
 
 const struct setting_kind setting_ultra = {
-	.read = WIRE_OP_ULTRA_ENCODER, .write = WIRE_OP_ULTRA_ENCODER,
-	.name = POKEYS_SETTING_ULTRA_FAST, .has = has_ultra, .wanted = ultra_wanted,
-	.ask = ultra_ask, .merge = ultra_merge, .learn = learn_enabled, .report = ultra_report,
+	.read = WIRE_OP_ULTRA_ENCODER,
+	.write = WIRE_OP_ULTRA_ENCODER,
+	.name = POKEYS_SETTING_ULTRA_FAST,
+	.has = has_ultra,
+	.wanted = ultra_wanted,
+	.ask = ultra_ask,
+	.merge = ultra_merge,
+	.learn = learn_enabled,
+	.report = ultra_report,
 	.written = ultra_written,
 };

@@ -91,10 +91,18 @@ static int64_t engine_written(const union setting_value *value, unsigned int whi
 
 /* Whether it stands, how fast an axis is and in which mode, must be known before anything moves. */
 const struct setting_kind setting_engine = {
-	.read = WIRE_OP_PULSE_STATUS, .write = WIRE_OP_PULSE_SETUP, .name = POKEYS_SETTING_ENGINE,
-	.vital = true, .has = setting_has_engine, .wanted = engine_wanted, .ask = setting_ask_zeros,
-	.merge = engine_merge, .learn = engine_learn, .report = engine_report,
-	.written = engine_written, .needs_effect = engine_needs_effect,
+	.read = WIRE_OP_PULSE_STATUS,
+	.write = WIRE_OP_PULSE_SETUP,
+	.name = POKEYS_SETTING_ENGINE,
+	.vital = true,
+	.has = setting_has_engine,
+	.wanted = engine_wanted,
+	.ask = setting_ask_zeros,
+	.merge = engine_merge,
+	.learn = engine_learn,
+	.report = engine_report,
+	.written = engine_written,
+	.needs_effect = engine_needs_effect,
 	.effect = setting_reboot,
 };
 
@@ -137,8 +145,14 @@ static int64_t emergency_written(const union setting_value *value, unsigned int 
 }
 
 const struct setting_kind setting_emergency = {
-	.read = WIRE_OP_PULSE_EMERGENCY, .write = WIRE_OP_PULSE_EMERGENCY,
-	.name = POKEYS_SETTING_EMERGENCY, .has = setting_has_engine, .wanted = emergency_wanted,
-	.ask = setting_ask_zeros, .merge = emergency_merge, .learn = emergency_learn,
-	.report = emergency_report, .written = emergency_written,
+	.read = WIRE_OP_PULSE_EMERGENCY,
+	.write = WIRE_OP_PULSE_EMERGENCY,
+	.name = POKEYS_SETTING_EMERGENCY,
+	.has = setting_has_engine,
+	.wanted = emergency_wanted,
+	.ask = setting_ask_zeros,
+	.merge = emergency_merge,
+	.learn = emergency_learn,
+	.report = emergency_report,
+	.written = emergency_written,
 };

@@ -50,7 +50,7 @@ static bool pwm_take_along(struct device *device, union setting_request *request
 	pwm->enabled = now.pwm.enabled;
 	for (unsigned int i = 0; i < WIRE_PWMS; i++)
 		pwm->duty[i] = now.pwm.duty[i] < pwm->period ? now.pwm.duty[i] : pwm->period;
-	loops_pwm(device, pwm);	/* for this period */
+	loops_pwm(device, pwm); /* for this period */
 	return true;
 }
 
@@ -95,10 +95,18 @@ static int64_t pwm_written(const union setting_value *value, unsigned int which)
 }
 
 const struct setting_kind setting_pwm = {
-	.read = WIRE_OP_PWM, .write = WIRE_OP_PWM, .name = POKEYS_SETTING_PWM, .has = has_pwm,
-	.wanted = pwm_wanted, .ask = setting_ask_zeros, .merge = pwm_merge,
-	.take_along = pwm_take_along, .taken = pwm_taken, .learn = pwm_learn,
-	.report = pwm_report, .written = pwm_written,
+	.read = WIRE_OP_PWM,
+	.write = WIRE_OP_PWM,
+	.name = POKEYS_SETTING_PWM,
+	.has = has_pwm,
+	.wanted = pwm_wanted,
+	.ask = setting_ask_zeros,
+	.merge = pwm_merge,
+	.take_along = pwm_take_along,
+	.taken = pwm_taken,
+	.learn = pwm_learn,
+	.report = pwm_report,
+	.written = pwm_written,
 };
 
 /* 0x38 and 0x39 */
@@ -138,10 +146,16 @@ static int64_t filter_written(const union setting_value *value, unsigned int whi
 }
 
 const struct setting_kind setting_filter = {
-	.read = WIRE_OP_FILTER_GET, .write = WIRE_OP_FILTER_SET,
-	.name = POKEYS_SETTING_ANALOG_FILTER, .has = has_filter, .wanted = filter_wanted,
-	.ask = setting_ask_zeros, .merge = filter_merge, .learn = setting_learn_nothing,
-	.report = filter_report, .written = filter_written,
+	.read = WIRE_OP_FILTER_GET,
+	.write = WIRE_OP_FILTER_SET,
+	.name = POKEYS_SETTING_ANALOG_FILTER,
+	.has = has_filter,
+	.wanted = filter_wanted,
+	.ask = setting_ask_zeros,
+	.merge = filter_merge,
+	.learn = setting_learn_nothing,
+	.report = filter_report,
+	.written = filter_written,
 };
 
 /* 0xDA */
@@ -215,8 +229,15 @@ static int64_t bus_written(const union setting_value *value, unsigned int which)
 }
 
 const struct setting_kind setting_poextbus = {
-	.read = WIRE_OP_POEXTBUS, .write = WIRE_OP_POEXTBUS, .name = POKEYS_SETTING_POEXTBUS,
-	.has = has_bus, .wanted = bus_wanted, .ask = bus_ask, .merge = bus_merge,
-	.take_along = bus_take_along, .learn = bus_learn, .report = bus_report,
+	.read = WIRE_OP_POEXTBUS,
+	.write = WIRE_OP_POEXTBUS,
+	.name = POKEYS_SETTING_POEXTBUS,
+	.has = has_bus,
+	.wanted = bus_wanted,
+	.ask = bus_ask,
+	.merge = bus_merge,
+	.take_along = bus_take_along,
+	.learn = bus_learn,
+	.report = bus_report,
 	.written = bus_written,
 };

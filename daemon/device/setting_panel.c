@@ -80,8 +80,14 @@ static int64_t matrix_written(const union setting_value *value, unsigned int whi
 }
 
 const struct setting_kind setting_matrix = {
-	.read = WIRE_OP_KB_CONFIG_GET, .write = WIRE_OP_KB_CONFIG_SET,
-	.name = POKEYS_SETTING_MATRIX, .has = has_matrix, .wanted = matrix_wanted,
-	.ask = matrix_ask, .merge = matrix_merge, .learn = matrix_learn,
-	.report = matrix_report, .written = matrix_written,
+	.read = WIRE_OP_KB_CONFIG_GET,
+	.write = WIRE_OP_KB_CONFIG_SET,
+	.name = POKEYS_SETTING_MATRIX,
+	.has = has_matrix,
+	.wanted = matrix_wanted,
+	.ask = matrix_ask,
+	.merge = matrix_merge,
+	.learn = matrix_learn,
+	.report = matrix_report,
+	.written = matrix_written,
 };

@@ -62,7 +62,14 @@ static int64_t pins_written(const union setting_value *value, unsigned int which
 }
 
 const struct setting_kind setting_pins = {
-	.read = WIRE_OP_PIN_ALL, .write = WIRE_OP_PIN_ALL, .name = POKEYS_SETTING_PIN,
-	.has = setting_always, .wanted = pins_wanted, .ask = setting_ask_zeros,
-	.merge = pins_merge, .learn = pins_learn, .report = pins_report, .written = pins_written,
+	.read = WIRE_OP_PIN_ALL,
+	.write = WIRE_OP_PIN_ALL,
+	.name = POKEYS_SETTING_PIN,
+	.has = setting_always,
+	.wanted = pins_wanted,
+	.ask = setting_ask_zeros,
+	.merge = pins_merge,
+	.learn = pins_learn,
+	.report = pins_report,
+	.written = pins_written,
 };

@@ -46,8 +46,7 @@ static uint64_t comm_merge(const struct pokeys_settings *want, unsigned int inde
 	differs = (uint64_t)(!set->enable != !have->enable) << SETTING_ENGINE_BIT;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		const struct pokeys_axis_settings *axis = &want->axis[i];
-		const bool ours = set->enable &&
-				  axis->set & (POSTEP_COMM_BITS | POSTEP_MODE_BITS);
+		const bool ours = set->enable && axis->set & (POSTEP_COMM_BITS | POSTEP_MODE_BITS);
 
 		if (axis->set & POKEYS_AXIS_SET_POSTEP_TYPE)
 			set->axis[i].type = axis->postep_type;
@@ -59,7 +58,8 @@ static uint64_t comm_merge(const struct pokeys_settings *want, unsigned int inde
 			set->axis[i].update = UPDATE_ALL;
 		differs |= (uint64_t)(set->axis[i].type != have->axis[i].type ||
 				      set->axis[i].address != have->axis[i].address ||
-				      (ours && set->axis[i].update != have->axis[i].update)) << i;
+				      (ours && set->axis[i].update != have->axis[i].update))
+			   << i;
 	}
 	return differs;
 }
@@ -83,8 +83,16 @@ static int64_t comm_written(const union setting_value *value, unsigned int which
 }
 
 const struct setting_kind setting_postep = {
-	.read = WIRE_OP_POSTEP_COMM, .write = WIRE_OP_POSTEP_COMM, .name = POKEYS_SETTING_POSTEP,
-	.since = SETTING_VERSION(4, 1, 42), .only_57cnc = true, .has = postep_has_tables,
-	.wanted = comm_wanted, .ask = setting_ask_zeros, .merge = comm_merge,
-	.learn = setting_learn_nothing, .report = comm_report, .written = comm_written,
+	.read = WIRE_OP_POSTEP_COMM,
+	.write = WIRE_OP_POSTEP_COMM,
+	.name = POKEYS_SETTING_POSTEP,
+	.since = SETTING_VERSION(4, 1, 42),
+	.only_57cnc = true,
+	.has = postep_has_tables,
+	.wanted = comm_wanted,
+	.ask = setting_ask_zeros,
+	.merge = comm_merge,
+	.learn = setting_learn_nothing,
+	.report = comm_report,
+	.written = comm_written,
 };

@@ -36,8 +36,9 @@ static uint64_t modes_merge(const struct pokeys_settings *want, unsigned int ind
 			set->axis[i].step = axis->postep_step;
 		if (axis->set & POKEYS_AXIS_SET_POSTEP_TEMPERATURE)
 			set->axis[i].temperature = axis->postep_temperature;
-		differs |= (uint64_t)(memcmp(&set->axis[i], &have->axis[i],
-					     sizeof(set->axis[i])) != 0) << i;
+		differs |=
+			(uint64_t)(memcmp(&set->axis[i], &have->axis[i], sizeof(set->axis[i])) != 0)
+			<< i;
 	}
 	return differs;
 }
@@ -66,8 +67,7 @@ static void judge_steps(struct device *device, const struct wire_postep_modes_re
 	}
 }
 
-static void modes_learn(struct device *device, unsigned int index,
-			const union setting_value *value)
+static void modes_learn(struct device *device, unsigned int index, const union setting_value *value)
 {
 	(void)index;
 	device->configure.postep.turning &= (uint8_t)~device->configure.postep.fetched;
@@ -165,10 +165,19 @@ void postep_look_again(struct device *device, const struct wire_postep_modes_req
 }
 
 const struct setting_kind setting_postep_modes = {
-	.read = WIRE_OP_POSTEP_MODES, .write = WIRE_OP_POSTEP_MODES,
-	.name = POKEYS_SETTING_POSTEP_MODES, .since = SETTING_VERSION(4, 1, 42), .only_57cnc = true,
-	.has = postep_has_tables, .ready = postep_modes_ready, .wanted = modes_wanted,
+	.read = WIRE_OP_POSTEP_MODES,
+	.write = WIRE_OP_POSTEP_MODES,
+	.name = POKEYS_SETTING_POSTEP_MODES,
+	.since = SETTING_VERSION(4, 1, 42),
+	.only_57cnc = true,
+	.has = postep_has_tables,
+	.ready = postep_modes_ready,
+	.wanted = modes_wanted,
 	.ask = setting_ask_zeros,
-	.merge = modes_merge, .learn = modes_learn, .report = modes_report,
-	.written = modes_written, .needs_effect = modes_needs_effect, .effect = postep_modes_effect,
+	.merge = modes_merge,
+	.learn = modes_learn,
+	.report = modes_report,
+	.written = modes_written,
+	.needs_effect = modes_needs_effect,
+	.effect = postep_modes_effect,
 };

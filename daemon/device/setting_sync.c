@@ -82,10 +82,17 @@ static int64_t pwm_written(const union setting_value *value, unsigned int which)
 }
 
 const struct setting_kind setting_sync_pwm = {
-	.read = WIRE_OP_PULSE_SYNC_PWM, .write = WIRE_OP_PULSE_SYNC_PWM,
-	.name = POKEYS_SETTING_SYNC_PWM, .has = setting_has_engine, .wanted = pwm_wanted,
-	.ask = pwm_ask, .merge = pwm_merge, .learn = pwm_learn, .report = pwm_report,
-	.written = pwm_written, .taken = pwm_taken,
+	.read = WIRE_OP_PULSE_SYNC_PWM,
+	.write = WIRE_OP_PULSE_SYNC_PWM,
+	.name = POKEYS_SETTING_SYNC_PWM,
+	.has = setting_has_engine,
+	.wanted = pwm_wanted,
+	.ask = pwm_ask,
+	.merge = pwm_merge,
+	.learn = pwm_learn,
+	.report = pwm_report,
+	.written = pwm_written,
+	.taken = pwm_taken,
 };
 
 int setting_synced_channel(const struct device *device)
@@ -162,8 +169,15 @@ static int64_t outputs_written(const union setting_value *value, unsigned int wh
 }
 
 const struct setting_kind setting_sync_outputs = {
-	.read = WIRE_OP_PULSE_SYNC_OUTPUTS, .write = WIRE_OP_PULSE_SYNC_OUTPUTS,
-	.name = POKEYS_SETTING_SYNC_OUTPUTS, .has = setting_has_engine, .wanted = outputs_wanted,
-	.ask = outputs_ask, .merge = outputs_merge, .learn = outputs_learn,
-	.report = outputs_report, .written = outputs_written, .taken = outputs_taken,
+	.read = WIRE_OP_PULSE_SYNC_OUTPUTS,
+	.write = WIRE_OP_PULSE_SYNC_OUTPUTS,
+	.name = POKEYS_SETTING_SYNC_OUTPUTS,
+	.has = setting_has_engine,
+	.wanted = outputs_wanted,
+	.ask = outputs_ask,
+	.merge = outputs_merge,
+	.learn = outputs_learn,
+	.report = outputs_report,
+	.written = outputs_written,
+	.taken = outputs_taken,
 };

@@ -77,9 +77,16 @@ static int64_t name_written(const union setting_value *value, unsigned int which
 }
 
 const struct setting_kind setting_name = {
-	.read = WIRE_OP_DEVICE_NAME, .write = WIRE_OP_DEVICE_NAME, .name = POKEYS_SETTING_NAME,
-	.has = has_name, .wanted = name_wanted, .ask = setting_ask_zeros, .merge = name_merge,
-	.learn = name_learn, .report = name_report, .written = name_written,
+	.read = WIRE_OP_DEVICE_NAME,
+	.write = WIRE_OP_DEVICE_NAME,
+	.name = POKEYS_SETTING_NAME,
+	.has = has_name,
+	.wanted = name_wanted,
+	.ask = setting_ask_zeros,
+	.merge = name_merge,
+	.learn = name_learn,
+	.report = name_report,
+	.written = name_written,
 };
 
 /* 0x81 */
@@ -151,10 +158,18 @@ static int64_t failsafe_written(const union setting_value *value, unsigned int w
 }
 
 const struct setting_kind setting_failsafe = {
-	.read = WIRE_OP_FAILSAFE, .write = WIRE_OP_FAILSAFE, .name = POKEYS_SETTING_FAILSAFE,
-	.dispensable = true, .has = has_failsafe, .wanted = failsafe_wanted,
-	.ask = setting_ask_zeros, .merge = failsafe_merge, .take_along = failsafe_take_along,
-	.learn = failsafe_learn, .report = failsafe_report, .written = failsafe_written,
+	.read = WIRE_OP_FAILSAFE,
+	.write = WIRE_OP_FAILSAFE,
+	.name = POKEYS_SETTING_FAILSAFE,
+	.dispensable = true,
+	.has = has_failsafe,
+	.wanted = failsafe_wanted,
+	.ask = setting_ask_zeros,
+	.merge = failsafe_merge,
+	.take_along = failsafe_take_along,
+	.learn = failsafe_learn,
+	.report = failsafe_report,
+	.written = failsafe_written,
 };
 
 const struct wire_failsafe_req *failsafe_known(const struct device *device)
@@ -175,7 +190,7 @@ enum pokeys_failsafe failsafe_state(const struct device *device)
 		return POKEYS_FAILSAFE_UNKNOWN;
 	if (!have->timeout || !have->peripherals)
 		return POKEYS_FAILSAFE_OFF;
-	return failsafe_wanted(wanted, 0) &&
-	       !failsafe_merge(wanted, 0, &setting->value, &request) ? POKEYS_FAILSAFE_ARMED :
-								       POKEYS_FAILSAFE_OTHER;
+	return failsafe_wanted(wanted, 0) && !failsafe_merge(wanted, 0, &setting->value, &request) ?
+		       POKEYS_FAILSAFE_ARMED :
+		       POKEYS_FAILSAFE_OTHER;
 }

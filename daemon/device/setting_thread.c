@@ -105,9 +105,17 @@ static int64_t thread_written(const union setting_value *value, unsigned int whi
 }
 
 const struct setting_kind setting_thread = {
-	.read = WIRE_OP_THREAD_STATUS, .write = WIRE_OP_THREAD_PARAMS,
-	.name = POKEYS_SETTING_THREADING, .dispensable = true, .has = has_thread,
-	.wanted = thread_wanted, .ask = setting_ask_zeros, .merge = thread_merge,
-	.learn = thread_learn, .report = thread_report, .written = thread_written,
-	.take_along = thread_may_go, .taken = thread_taken,
+	.read = WIRE_OP_THREAD_STATUS,
+	.write = WIRE_OP_THREAD_PARAMS,
+	.name = POKEYS_SETTING_THREADING,
+	.dispensable = true,
+	.has = has_thread,
+	.wanted = thread_wanted,
+	.ask = setting_ask_zeros,
+	.merge = thread_merge,
+	.learn = thread_learn,
+	.report = thread_report,
+	.written = thread_written,
+	.take_along = thread_may_go,
+	.taken = thread_taken,
 };

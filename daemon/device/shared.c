@@ -42,23 +42,28 @@ static void forget_inputs(struct pokeys_settings *device)
 
 static unsigned int function_of(uint8_t pin)
 {
-	return pin & WIRE_PIN_COUNTER ? WIRE_PIN_COUNTER :
+	return pin & WIRE_PIN_COUNTER   ? WIRE_PIN_COUNTER :
 	       pin & WIRE_PIN_ANALOG_IN ? WIRE_PIN_ANALOG_IN :
-	       pin & (WIRE_PIN_INPUT | WIRE_PIN_OUTPUT);
+					  pin & (WIRE_PIN_INPUT | WIRE_PIN_OUTPUT);
 }
 
 /* The device accepts any function for any terminal without an error. */
 static void tell_absent(struct device *device, const struct pokeys_settings *wanted,
 			const struct wire_pinmap *board)
 {
-	const struct { unsigned int function; uint64_t there; } kind[SHARED_FUNCTIONS] = {
-		{ WIRE_PIN_INPUT, board->digital_in }, { WIRE_PIN_OUTPUT, board->digital_out },
-		{ WIRE_PIN_ANALOG_IN, board->analog_in }, { WIRE_PIN_COUNTER, board->counter },
+	const struct {
+		unsigned int function;
+		uint64_t there;
+	} kind[SHARED_FUNCTIONS] = {
+		{ WIRE_PIN_INPUT, board->digital_in },
+		{ WIRE_PIN_OUTPUT, board->digital_out },
+		{ WIRE_PIN_ANALOG_IN, board->analog_in },
+		{ WIRE_PIN_COUNTER, board->counter },
 	};
 	const uint64_t set = pins_load(wanted->pin_set) & OUTPUT_PINS;
 
 	if (!board->digital_in)
-		return;		/* nobody knows what its terminals can do */
+		return; /* nobody knows what its terminals can do */
 	for (unsigned int k = 0; k < SHARED_FUNCTIONS; k++) {
 		const uint64_t told = device->shared.absent[k];
 		uint64_t absent = 0;
@@ -97,8 +102,8 @@ void shared_tell(struct device *device, const struct pokeys_report *report)
 	struct pokeys_settings settings = report->device;
 	size_t count;
 
-	if (!running(device) || (report->state != POKEYS_CONFIG_APPLIED &&
-				 report->state != POKEYS_CONFIG_REFUSED))
+	if (!running(device) ||
+	    (report->state != POKEYS_CONFIG_APPLIED && report->state != POKEYS_CONFIG_REFUSED))
 		return;
 	heating_terminals(config->heater, config->heaters, &daemon);
 	servoing_terminals(config->servo, config->servos, &daemon);
@@ -118,7 +123,9 @@ void shared_tell(struct device *device, const struct pokeys_report *report)
 		const struct terminal_conflict *c = &conflict[i];
 
 		device->shared.pair[device->shared.count++] = (struct shared_pair){
-			c->terminals, c->a.number, c->b.number,
+			c->terminals,
+			c->a.number,
+			c->b.number,
 		};
 		if (!is_told(&before, c))
 			device_say(device, EVENT_TERMINALS_SHARED, EVENT_WARNING,

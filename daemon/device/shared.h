@@ -10,20 +10,20 @@
 
 struct device;
 
-enum { SHARED_MAX = 16 };		/* more than that are not told */
-enum { SHARED_FUNCTIONS = 4 };		/* that terminals are wanted for */
+enum { SHARED_MAX = 16 };      /* more than that are not told */
+enum { SHARED_FUNCTIONS = 4 }; /* that terminals are wanted for */
 
 struct shared_pair {
 	uint64_t terminals;
-	uint8_t a, b;			/* numbers of owners, settings/terminal.h */
+	uint8_t a, b; /* numbers of owners, settings/terminal.h */
 };
 
 /* What was told. */
 struct shared {
 	struct shared_pair pair[SHARED_MAX];
 	size_t count;
-	uint64_t absent[SHARED_FUNCTIONS];	/* terminals */
-	uint32_t pwm;			/* channels that a commander has enabled so far */
+	uint64_t absent[SHARED_FUNCTIONS]; /* terminals */
+	uint32_t pwm;                      /* channels that a commander has enabled so far */
 };
 
 /* A commander enables these PWM channels: their terminals are judged with the next report. */

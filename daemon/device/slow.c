@@ -24,9 +24,9 @@
 #define RATE_NS (1 * SECOND)	/* over which rates are measured */
 
 enum {
-	OPEN_MAX = 2,		/* awaited at once: a slow device must not drown in them */
+	OPEN_MAX = 2, /* awaited at once: a slow device must not drown in them */
 	FAILURES_FEW = 3,
-	FAILURES_MAX = 6,	/* doublings of the period */
+	FAILURES_MAX = 6, /* doublings of the period */
 };
 
 static bool is_together(const struct device *device, unsigned int group)
@@ -38,7 +38,7 @@ static bool is_together(const struct device *device, unsigned int group)
 static uint64_t period_of(const struct device *device, unsigned int group)
 {
 	const double hertz = is_together(device, group) ? device->config.slow_hz :
-			     slow_groups[group].hertz(&device->config);
+							  slow_groups[group].hertz(&device->config);
 	const unsigned int failures = device->plan.slow[group].failures;
 
 	if (!(hertz > 0.001))
@@ -181,8 +181,8 @@ void slow_rates(struct device *device)
 	if (elapsed < RATE_NS)
 		return;
 	for (unsigned int i = 0; i < SLOW_GROUPS; i++) {
-		device->image.slow_millihertz[i] =
-			(uint32_t)(plan->slow[i].count * UINT64_C(1000000000000) / elapsed);
+		device->image.slow_millihertz[i] = (uint32_t)(plan->slow[i].count *
+							      UINT64_C(1000000000000) / elapsed);
 		plan->slow[i].count = 0;
 	}
 	plan->rates_ns = device->now_ns;

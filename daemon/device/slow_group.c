@@ -10,7 +10,7 @@
 #include <string.h>
 #include "daemon/device/internal.h"
 
-enum { LOW_ROWS = 8 };		/* of the matrix keyboard, in 0xCC */
+enum { LOW_ROWS = 8 }; /* of the matrix keyboard, in 0xCC */
 
 static double encoder_hertz(const struct device_config *config)
 {
@@ -220,9 +220,15 @@ static void take_clock(struct device *device, const mailbox_entry_t *entry)
 
 	wire_rtc_decode_rep(entry->response_buffer, &clock);
 	*rtc = (struct pokeys_rtc){
-		.year = clock.year, .month = clock.month, .day = clock.day, .hour = clock.hour,
-		.minute = clock.minute, .second = clock.second, .day_of_week = clock.weekday,
-		.day_of_year = clock.yearday, .unnamed = clock.dst,
+		.year = clock.year,
+		.month = clock.month,
+		.day = clock.day,
+		.hour = clock.hour,
+		.minute = clock.minute,
+		.second = clock.second,
+		.day_of_week = clock.weekday,
+		.day_of_year = clock.yearday,
+		.unnamed = clock.dst,
 	};
 }
 

@@ -14,8 +14,8 @@
 
 enum {
 	PORT = 20055,
-	ROUNDS = 3,		/* of one question, each with all its retries */
-	SILENT = 5,		/* unanswered questions in a row: the device is absent then */
+	ROUNDS = 3, /* of one question, each with all its retries */
+	SILENT = 5, /* unanswered questions in a row: the device is absent then */
 	STEP_IDENTITY = SETTINGS,
 	STEP_ACCESS,
 };
@@ -23,12 +23,12 @@ enum {
 #define FLOOR_NS (50 * MS)	/* time enough for a network that nobody has tuned */
 
 struct survey {
-	struct device device;	/* first: parsers find the survey by it */
+	struct device device; /* first: parsers find the survey by it */
 	struct event_ring events;
 	struct pokeys_settings settings;
 	unsigned int step;
-	unsigned int failures;	/* of this step */
-	unsigned int unanswered, silent;	/* steps, and of these the last ones */
+	unsigned int failures;           /* of this step */
+	unsigned int unanswered, silent; /* steps, and of these the last ones */
 	bool open;
 	enum survey_state state;
 };

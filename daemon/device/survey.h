@@ -16,11 +16,11 @@
 
 enum survey_state {
 	SURVEY_READING,
-	SURVEY_DONE,		/* what the device did not answer is not set in the settings */
-	SURVEY_SILENT,		/* the device does not answer, or has stopped answering */
-	SURVEY_OTHER,		/* a device with another serial number answers */
-	SURVEY_UNSUPPORTED,	/* the daemon does not drive this type */
-	SURVEY_LOCKED,		/* behind a password: only the identity is known */
+	SURVEY_DONE,        /* what the device did not answer is not set in the settings */
+	SURVEY_SILENT,      /* the device does not answer, or has stopped answering */
+	SURVEY_OTHER,       /* a device with another serial number answers */
+	SURVEY_UNSUPPORTED, /* the daemon does not drive this type */
+	SURVEY_LOCKED,      /* behind a password: only the identity is known */
 };
 
 struct survey;

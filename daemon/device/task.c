@@ -35,10 +35,8 @@
 static const struct task_kind *kind_of(const struct device *device)
 {
 	static const struct task_kind *const kinds[] = {
-		[POKEYS_TASK_HOMING] = &task_homing,
-		[POKEYS_TASK_PROBING] = &task_probing,
-		[POKEYS_TASK_HYBRID_PROBING] = &task_hybrid,
-		[POKEYS_TASK_JOGGING] = &task_jogging,
+		[POKEYS_TASK_HOMING] = &task_homing,         [POKEYS_TASK_PROBING] = &task_probing,
+		[POKEYS_TASK_HYBRID_PROBING] = &task_hybrid, [POKEYS_TASK_JOGGING] = &task_jogging,
 		[POKEYS_TASK_THREADING] = &task_threading,
 	};
 
@@ -134,8 +132,8 @@ void task_begin(struct device *device, uint8_t kind, const struct pokeys_one_sho
 	set_result(device, POKEYS_TASK_RESULT_NONE);
 	*task = (struct task){ .shot = *shot, .session = device->intake.session };
 	task->parked = parked | shot->mask;
-	task->limit_ns = shot->parameter[0] > 0 ?
-			 (uint64_t)((double)shot->parameter[0] * 1e9) : kind_of(device)->limit_ns;
+	task->limit_ns = shot->parameter[0] > 0 ? (uint64_t)((double)shot->parameter[0] * 1e9) :
+						  kind_of(device)->limit_ns;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		if (kind == POKEYS_TASK_HOMING && shot->mask >> i & 1)
 			engine->axis[i].homed = 0;
@@ -198,7 +196,8 @@ static void update_starting(struct device *device)
 		return;
 	if (kind_of(device)->begun && !task->answered ? kind_of(device)->begun(device) :
 	    kind_of(device)->beside ? task->answered || task_explains(device, state) :
-	    kind_of(device)->is_working(state) || kind_of(device)->is_complete(state))
+				      kind_of(device)->is_working(state) ||
+					      kind_of(device)->is_complete(state))
 		enter(device, POKEYS_TASK_WORKING);
 	else if (!kind_of(device)->beside && state != WIRE_ENGINE_STOPPED)
 		task_stop(device, POKEYS_TASK_FAILED);
@@ -269,8 +268,8 @@ static void judge_time(struct device *device)
 		[POKEYS_TASK_STARTING] = REQUEST_NS,
 		[POKEYS_TASK_WORKING] = device->task.limit_ns,
 		[POKEYS_TASK_COMPLETE] = COMPLETE_NS,
-		[POKEYS_TASK_FINISHING] = kind_of(device)->finish_ns ?
-					  kind_of(device)->finish_ns : REQUEST_NS,
+		[POKEYS_TASK_FINISHING] = kind_of(device)->finish_ns ? kind_of(device)->finish_ns :
+								       REQUEST_NS,
 		[POKEYS_TASK_STOPPING] = STAND_NS,
 	};
 
@@ -341,8 +340,8 @@ void task_update(struct device *device)
 
 	if (phase != POKEYS_TASK_IDLE) {
 		if (!device->safe.permitted && phase != POKEYS_TASK_STOPPING)
-			task_stop(device, tripped(device) ? POKEYS_TASK_TRIPPED :
-						       POKEYS_TASK_CANCELLED);
+			task_stop(device,
+				  tripped(device) ? POKEYS_TASK_TRIPPED : POKEYS_TASK_CANCELLED);
 		update_phase(device);
 		judge_time(device);
 	}
@@ -413,8 +412,7 @@ bool task_explains(const struct device *device, uint8_t state)
 	       (state == WIRE_ENGINE_HYBRID_STOPPING || state == WIRE_ENGINE_HYBRID_COMPLETE);
 }
 
-static struct device *ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry,
-			    uint64_t now_ns)
+static struct device *ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, uint64_t now_ns)
 {
 	struct device *device = device_of(mailbox);
 

@@ -14,28 +14,28 @@
 struct device;
 
 struct task {
-	struct pokeys_one_shot shot;	/* what it does, and whose it is */
+	struct pokeys_one_shot shot; /* what it does, and whose it is */
 	uint32_t session;
-	uint64_t since_ns;		/* in this phase */
-	uint64_t limit_ns;		/* for the device's work */
-	bool asked;			/* the request of this phase was sent */
-	bool open;			/* ... is under way */
-	bool answered;			/* ... was answered */
-	bool told;			/* its outcome has been given */
-	bool powered;			/* outputs of its axes are on (ENABLED_MASKED) */
-	bool finish;			/* the commander wants it finished */
-	uint8_t parked;			/* axes that do not follow yet */
+	uint64_t since_ns; /* in this phase */
+	uint64_t limit_ns; /* for the device's work */
+	bool asked;        /* the request of this phase was sent */
+	bool open;         /* ... is under way */
+	bool answered;     /* ... was answered */
+	bool told;         /* its outcome has been given */
+	bool powered;      /* outputs of its axes are on (ENABLED_MASKED) */
+	bool finish;       /* the commander wants it finished */
+	uint8_t parked;    /* axes that do not follow yet */
 };
 
 struct task_kind {
-	uint64_t limit_ns;		/* if the one-shot names none */
-	bool beside;			/* the engine runs, and axes follow the command meanwhile */
+	uint64_t limit_ns; /* if the one-shot names none */
+	bool beside;       /* the engine runs, and axes follow the command meanwhile */
 	bool (*is_working)(uint8_t engine_state);
 	bool (*is_complete)(uint8_t engine_state);
-	bool waits;			/* complete, until the commander finishes it */
-	bool endless;			/* at work until the commander ends it */
-	bool scrap;			/* neither done nor cancelled: the permission goes */
-	uint64_t finish_ns;		/* to finish it, if that takes longer than a request */
+	bool waits;         /* complete, until the commander finishes it */
+	bool endless;       /* at work until the commander ends it */
+	bool scrap;         /* neither done nor cancelled: the permission goes */
+	uint64_t finish_ns; /* to finish it, if that takes longer than a request */
 	/* Send the request that begins it, that ends it; false = not now. */
 	bool (*start)(struct device *device, pokeys_parser_t parser);
 	bool (*finish)(struct device *device, pokeys_parser_t parser);
@@ -53,8 +53,7 @@ struct task_kind {
 	void (*ended)(struct device *device);
 };
 
-extern const struct task_kind task_homing, task_probing, task_hybrid, task_jogging,
-	task_threading;
+extern const struct task_kind task_homing, task_probing, task_hybrid, task_jogging, task_threading;
 
 /* task.c; all realtime, `device` is the one. */
 

@@ -152,7 +152,7 @@ static void work(struct device *device)
 	if (!threading_known(device) || step == before)
 		return;
 	if (step < before)
-		task_stop(device, POKEYS_TASK_FAILED);	/* it has left it by itself */
+		task_stop(device, POKEYS_TASK_FAILED); /* it has left it by itself */
 	else
 		enter_step(device, step);
 }
@@ -197,8 +197,18 @@ static void ended(struct device *device)
 }
 
 const struct task_kind task_threading = {
-	.limit_ns = 300 * SECOND, .finish_ns = 30 * SECOND, .beside = true, .scrap = true,
-	.is_working = is_working, .is_complete = is_complete, .start = start, .begun = begun,
-	.work = work, .finish = finish, .take = take, .released = released, .stopped = stopped,
+	.limit_ns = 300 * SECOND,
+	.finish_ns = 30 * SECOND,
+	.beside = true,
+	.scrap = true,
+	.is_working = is_working,
+	.is_complete = is_complete,
+	.start = start,
+	.begun = begun,
+	.work = work,
+	.finish = finish,
+	.take = take,
+	.released = released,
+	.stopped = stopped,
 	.ended = ended,
 };

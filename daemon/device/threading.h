@@ -30,24 +30,24 @@ struct thread_shot {
 };
 
 struct threading {
-	bool open;			/* a status is under way */
-	bool turn;			/* the next fast status is threading's */
+	bool open; /* a status is under way */
+	bool turn; /* the next fast status is threading's */
 	bool arm_open, cancel_open;
-	bool cancelled;			/* a cancel was answered since it is dirty */
-	bool dirty;			/* the device may be in it */
-	bool stretched;			/* slots are no milliseconds: buffer.c */
-	bool released;			/* ... but are made as if they were again */
-	uint8_t step;			/* enum thread_step */
+	bool cancelled; /* a cancel was answered since it is dirty */
+	bool dirty;     /* the device may be in it */
+	bool stretched; /* slots are no milliseconds: buffer.c */
+	bool released;  /* ... but are made as if they were again */
+	uint8_t step;   /* enum thread_step */
 	uint8_t arm_tries;
-	uint8_t spoilt;			/* enum pokeys_task_result: it cannot go on */
-	uint64_t known_ns;		/* when the newest answered status was asked for */
-	uint64_t heard_ns;		/* ... and when its answer came */
-	uint64_t step_ns;		/* since then in this step */
-	uint64_t acted_ns;		/* arm or cancel was answered, or given up */
+	uint8_t spoilt;    /* enum pokeys_task_result: it cannot go on */
+	uint64_t known_ns; /* when the newest answered status was asked for */
+	uint64_t heard_ns; /* ... and when its answer came */
+	uint64_t step_ns;  /* since then in this step */
+	uint64_t acted_ns; /* arm or cancel was answered, or given up */
 	uint64_t cancel_after_ns;
-	uint64_t watch_until_ns;	/* a late copy of a request may still come */
+	uint64_t watch_until_ns; /* a late copy of a request may still come */
 	struct thread_shot arm, release;
-	bool written;			/* the device has taken these: they cannot be read */
+	bool written; /* the device has taken these: they cannot be read */
 	struct wire_thread_params_req params;
 };
 
@@ -78,8 +78,7 @@ uint8_t threading_step_seen(const struct device *device);
 /* The axes that the spindle leads, or would. */
 uint8_t threading_axes_of(const struct device *device);
 /* The outcome of a one-shot that waits for it. */
-void threading_answer(struct device *device, struct thread_shot *shot,
-		      enum pokeys_outcome outcome);
+void threading_answer(struct device *device, struct thread_shot *shot, enum pokeys_outcome outcome);
 
 /* What was sent is played by the spindle, or was until just now. */
 bool threading_stretched(const struct device *device);

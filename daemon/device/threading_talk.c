@@ -17,8 +17,8 @@ bool threading_ours(const struct device *device)
 {
 	const uint8_t phase = device->image.engine.task_phase;
 
-	return device->image.engine.task == POKEYS_TASK_THREADING &&
-	       phase != POKEYS_TASK_IDLE && phase != POKEYS_TASK_STOPPING;
+	return device->image.engine.task == POKEYS_TASK_THREADING && phase != POKEYS_TASK_IDLE &&
+	       phase != POKEYS_TASK_STOPPING;
 }
 
 /* The status is of after everything that was asked of the device. */
@@ -35,9 +35,11 @@ uint8_t threading_step_seen(const struct device *device)
 {
 	const struct pokeys_threading *image = &device->image.threading;
 
-	return image->active ? THREAD_ACTIVE : image->waiting ? THREAD_WAITING :
-	       image->prepared ? THREAD_PREPARED : image->preparing ? THREAD_PREPARING :
-								      THREAD_NONE;
+	return image->active    ? THREAD_ACTIVE :
+	       image->waiting   ? THREAD_WAITING :
+	       image->prepared  ? THREAD_PREPARED :
+	       image->preparing ? THREAD_PREPARING :
+				  THREAD_NONE;
 }
 
 bool threading_stretched(const struct device *device)
@@ -174,8 +176,8 @@ bool threading_send(struct device *device)
 	struct threading *threading = &device->threading;
 
 	if (cancel_due(device))
-		return threading->cancel_open =
-			request_send(device, WIRE_OP_THREAD_CANCEL, NULL, cancel_ended, NULL, NULL);
+		return threading->cancel_open = request_send(device, WIRE_OP_THREAD_CANCEL, NULL,
+							     cancel_ended, NULL, NULL);
 	if (!arm_due(device))
 		return false;
 	threading->arm_open = request_send(device, WIRE_OP_THREAD_ARM, NULL, arm_ended, NULL, NULL);

@@ -102,12 +102,12 @@ void watch_turn(struct device *device)
 static void as_before(struct setting *setting)
 {
 	setting->watched = false;
-	setting->state = setting->waited ? SETTING_WRITE :
-			 setting->differed ? SETTING_REFUSED : SETTING_DONE;
+	setting->state = setting->waited   ? SETTING_WRITE :
+			 setting->differed ? SETTING_REFUSED :
+					     SETTING_DONE;
 }
 
-bool watch_believes(struct device *device, struct setting *setting,
-		    const union setting_value *now)
+bool watch_believes(struct device *device, struct setting *setting, const union setting_value *now)
 {
 	union setting_request request;
 	unsigned int index;

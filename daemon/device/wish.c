@@ -66,8 +66,9 @@ static uint8_t pin_can(const struct device *device, unsigned int pin)
 static void judge(struct device *device, struct pokeys_settings *now,
 		  const struct pokeys_settings *old)
 {
-	struct wish_judge judge = { .now = now, .old = old, .refuse = out_of_range,
-				    .context = device };
+	struct wish_judge judge = {
+		.now = now, .old = old, .refuse = out_of_range, .context = device
+	};
 
 	for (unsigned int i = 0; i < POKEYS_PINS; i++)
 		judge.pin_can[i] = pin_can(device, i);
@@ -171,8 +172,8 @@ int device_order(struct device *device, enum device_order order)
 		return -EINVAL;
 	if (order == DEVICE_ORDER_APPLY) {
 		configure_again(device, true);
-		return running(device) || device->image.link == POKEYS_LINK_CONFIGURING ?
-		       0 : -ENOTCONN;
+		return running(device) || device->image.link == POKEYS_LINK_CONFIGURING ? 0 :
+											  -ENOTCONN;
 	}
 	if (!running(device))
 		return -ENOTCONN;

@@ -16,8 +16,8 @@ void wish_lay(struct pokeys_settings *to, const struct pokeys_settings *from);
 
 struct wish_judge {
 	struct pokeys_settings *now;
-	const struct pokeys_settings *old;	/* takes the place of what is refused */
-	uint8_t pin_can[POKEYS_PINS];		/* bits of the function byte that the pin has */
+	const struct pokeys_settings *old; /* takes the place of what is refused */
+	uint8_t pin_can[POKEYS_PINS];      /* bits of the function byte that the pin has */
 	/* `part`: of an axis, see wish_axis_part(); else 0 */
 	void (*refuse)(void *context, enum pokeys_setting setting, uint8_t index, uint8_t part);
 	void *context;

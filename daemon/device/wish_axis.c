@@ -92,7 +92,7 @@ static bool axis_part_good(const struct pokeys_axis_settings *axis, const struct
 		return number_good(axis->max_deceleration, ACCELERATION_MAX);
 	case POKEYS_AXIS_SET_SOFT_MINIMUM:
 	case POKEYS_AXIS_SET_SOFT_MAXIMUM:
-		return true;	/* limits_good() */
+		return true; /* limits_good() */
 	default:
 		return part->size > 1 || ((const uint8_t *)axis)[part->offset] <= part->most;
 	}

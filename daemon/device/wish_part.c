@@ -18,14 +18,15 @@
 struct part {
 	uint32_t bit;
 	uint16_t offset, size;
-	uint8_t name;			/* enum pokeys_setting */
+	uint8_t name; /* enum pokeys_setting */
 	bool (*good)(const struct pokeys_settings *);
 };
 
 static bool fast_good(const struct pokeys_settings *s)
 {
 	return (s->fast_configuration == WIRE_FAST_OFF || s->fast_configuration == WIRE_FAST_OLD ||
-		s->fast_configuration == WIRE_FAST_ON) && !(s->fast_options & 0x0E);
+		s->fast_configuration == WIRE_FAST_ON) &&
+	       !(s->fast_options & 0x0E);
 }
 
 static bool ultra_good(const struct pokeys_settings *s)
@@ -45,8 +46,7 @@ static bool axes_good(const struct pokeys_settings *s)
 
 static bool pump_good(const struct pokeys_settings *s)
 {
-	return s->charge_pump <= 1 ||
-	       (s->charge_pump >= 10 && s->charge_pump <= POKEYS_PINS + 10);
+	return s->charge_pump <= 1 || (s->charge_pump >= 10 && s->charge_pump <= POKEYS_PINS + 10);
 }
 
 static bool generator_good(const struct pokeys_settings *s)
@@ -62,9 +62,8 @@ static bool invert_good(const struct pokeys_settings *s)
 
 static bool emergency_good(const struct pokeys_settings *s)
 {
-	return s->emergency_pin <= 1 ||
-	       (s->emergency_pin > WIRE_EMERGENCY_PIN_BASE &&
-		s->emergency_pin <= WIRE_EMERGENCY_PIN_BASE + POKEYS_PINS);
+	return s->emergency_pin <= 1 || (s->emergency_pin > WIRE_EMERGENCY_PIN_BASE &&
+					 s->emergency_pin <= WIRE_EMERGENCY_PIN_BASE + POKEYS_PINS);
 }
 
 static bool power_good(const struct pokeys_settings *s)
@@ -135,8 +134,8 @@ static bool sync_outputs_good(const struct pokeys_settings *s)
 	for (unsigned int i = 0; i < sizeof(s->sync_out_pin); i++) {
 		const uint8_t pin = s->sync_out_pin[i];
 
-		if (pin > POKEYS_PINS && (pin < WIRE_SYNC_EXTERNAL_FIRST ||
-					  pin > WIRE_SYNC_EXTERNAL_LAST))
+		if (pin > POKEYS_PINS &&
+		    (pin < WIRE_SYNC_EXTERNAL_FIRST || pin > WIRE_SYNC_EXTERNAL_LAST))
 			return false;
 	}
 	return s->sync_out_enable <= 1 && s->sync_out_axis < POKEYS_AXES;

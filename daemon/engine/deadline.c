@@ -42,7 +42,7 @@ enum {
 	VARIATIONS = 4,
 	BACKOFF_MAX = 20,
 	IN_ROW = 4,
-	SILENT = 24,		/* in a row */
+	SILENT = 24, /* in a row */
 	ONCE_MAX = 1,
 };
 
@@ -131,7 +131,7 @@ static void smooth(struct pokeys_statistics *s, uint64_t rtt)
 void mailbox_deadline_learn(pokeys_device_t *dev, const mailbox_entry_t *entry)
 {
 	struct pokeys_statistics *s = &dev->statistics;
-	uint64_t rtt = 1;	/* 0 stands for "no sample yet" */
+	uint64_t rtt = 1; /* 0 stands for "no sample yet" */
 
 	if (!teaches(entry))
 		return;

@@ -31,10 +31,11 @@ static void default_times(struct pokeys_options *o)
 {
 	if (!o->deadline_floor_ns)
 		o->deadline_floor_ns = o->deadline_ceiling_ns ?
-				       lesser(300 * US, o->deadline_ceiling_ns) : 300 * US;
+					       lesser(300 * US, o->deadline_ceiling_ns) :
+					       300 * US;
 	if (!o->deadline_ceiling_ns)
 		o->deadline_ceiling_ns = o->deadline_floor_ns > 50 * MS ? o->deadline_floor_ns :
-									50 * MS;
+									  50 * MS;
 	if (!o->deadline_initial_ns) {
 		o->deadline_initial_ns = lesser(10 * MS, o->deadline_ceiling_ns);
 		if (o->deadline_initial_ns < o->deadline_floor_ns)
@@ -66,9 +67,9 @@ static bool options_are_sane(const struct pokeys_options *o)
 	       in_range(o->deadline_ceiling_ns, o->deadline_floor_ns, 5 * S) &&
 	       in_range(o->deadline_initial_ns, o->deadline_floor_ns, o->deadline_ceiling_ns) &&
 	       in_range(o->reply_lifetime_ns, 1 * MS, 60 * S) &&
-	       in_range(o->id_rest_ns, 1, o->reply_lifetime_ns) &&
-	       in_range(o->retries, 0, 20) && in_range(o->window, 1, POKEYS_WINDOW_MAX) &&
-	       in_range(o->retry_budget, 1, 100000) && in_range(o->send_budget, 1, 1000000);
+	       in_range(o->id_rest_ns, 1, o->reply_lifetime_ns) && in_range(o->retries, 0, 20) &&
+	       in_range(o->window, 1, POKEYS_WINDOW_MAX) && in_range(o->retry_budget, 1, 100000) &&
+	       in_range(o->send_budget, 1, 1000000);
 }
 
 int pokeys_device_init(pokeys_device_t *dev, const struct pokeys_io *io,

@@ -68,7 +68,7 @@ static int expire(pokeys_device_t *dev, mailbox_entry_t *entry, uint64_t now_ns)
 		return 1;
 	}
 	if (entry->retries_left <= 0) {
-		count_unsent(dev, entry);	/* the transport took none of them */
+		count_unsent(dev, entry); /* the transport took none of them */
 		mailbox_end(dev, entry, POKEYS_REQUEST_TIMED_OUT, now_ns);
 		return 1;
 	}

@@ -42,8 +42,8 @@
 #define ONCE_REST_NS UINT64_C(100000000)
 
 enum {
-	LOOK_AHEAD = 8,		/* free ids looked at for one of another operation */
-	SHUN_REQUESTS = 512,	/* two turns of all ids */
+	LOOK_AHEAD = 8,      /* free ids looked at for one of another operation */
+	SHUN_REQUESTS = 512, /* two turns of all ids */
 };
 
 static bool entry_is_free(const pokeys_device_t *dev, const mailbox_entry_t *entry)
@@ -112,13 +112,14 @@ void mailbox_id_rest(pokeys_device_t *dev, const mailbox_entry_t *entry, uint64_
 	const uint8_t id = entry->request_id;
 
 	if (!entry->tries)
-		return;		/* it never left: nothing can answer it */
+		return; /* it never left: nothing can answer it */
 	if (entry->tries == 1 && entry->state == POKEYS_REQUEST_DONE) {
 		block_until(dev, id, now_ns + dev->options.id_rest_ns);
 		return;
 	}
-	block_until(dev, id, now_ns + (entry->once && ONCE_REST_NS < lifetime_ns ? ONCE_REST_NS :
-									      lifetime_ns));
+	block_until(dev, id,
+		    now_ns + (entry->once && ONCE_REST_NS < lifetime_ns ? ONCE_REST_NS :
+									  lifetime_ns));
 	dev->id_shun_until[id] = dev->serial + SHUN_REQUESTS;
 }
 

@@ -85,7 +85,9 @@ bool mailbox_once_makes_room(pokeys_device_t *dev, uint8_t command, const void *
 			     uint64_t now_ns)
 {
 	const mailbox_entry_t next = {
-		.command_sent = command, .operation = operation, .serial = UINT64_MAX,
+		.command_sent = command,
+		.operation = operation,
+		.serial = UINT64_MAX,
 	};
 	mailbox_entry_t *entry = oldest(dev, &next, false);
 

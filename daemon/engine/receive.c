@@ -62,8 +62,7 @@ static enum pokeys_verdict judge_packet(const pokeys_device_t *dev, const uint8_
 	return POKEYS_VERDICT_BAD_CHECKSUM;
 }
 
-static bool sub_differs(const struct wire_op_row *row, const uint8_t *request,
-			const uint8_t *reply)
+static bool sub_differs(const struct wire_op_row *row, const uint8_t *request, const uint8_t *reply)
 {
 	return row->sub.where && reply[row->sub.where] != request[row->sub.where];
 }
@@ -82,7 +81,8 @@ static enum pokeys_verdict judge_match(const mailbox_entry_t *entry, const uint8
 		return POKEYS_VERDICT_ACCEPTED;
 	case WIRE_ECHO:
 		return sub_differs(row, entry->request_buffer, reply) ?
-		       POKEYS_VERDICT_BAD_OPERATION : POKEYS_VERDICT_BAD_CHECK;
+			       POKEYS_VERDICT_BAD_OPERATION :
+			       POKEYS_VERDICT_BAD_CHECK;
 	case WIRE_OPERATION:
 	case WIRE_ID:
 		return POKEYS_VERDICT_BAD_OPERATION;

@@ -109,16 +109,15 @@ static enum pokeys_class class_of(const mailbox_entry_t *entry)
 }
 
 int CreateRequestAsyncWithPayload(pokeys_device_t *dev, pokeys_command_t command,
-				  const uint8_t *params, size_t params_len,
-				  const void *payload, size_t payload_size,
-				  void *target, size_t target_size)
+				  const uint8_t *params, size_t params_len, const void *payload,
+				  size_t payload_size, void *target, size_t target_size)
 {
 	uint8_t packet[POKEYS_PACKET_SIZE] = { WIRE_REQUEST, command };
 	mailbox_entry_t *entry;
 	int error;
 
-	if (params_len > 4 || payload_size > POKEYS_PAYLOAD_SIZE ||
-	    (params_len && !params) || (payload_size && !payload))
+	if (params_len > 4 || payload_size > POKEYS_PAYLOAD_SIZE || (params_len && !params) ||
+	    (payload_size && !payload))
 		return -EINVAL;
 	if (params_len)
 		memcpy(packet + WIRE_AT_P1, params, params_len);
@@ -136,8 +135,8 @@ int CreateRequestAsyncWithPayload(pokeys_device_t *dev, pokeys_command_t command
 int CreateRequestAsync(pokeys_device_t *dev, pokeys_command_t command, const uint8_t *params,
 		       size_t params_len, void *target, size_t target_size)
 {
-	return CreateRequestAsyncWithPayload(dev, command, params, params_len, NULL, 0,
-					     target, target_size);
+	return CreateRequestAsyncWithPayload(dev, command, params, params_len, NULL, 0, target,
+					     target_size);
 }
 
 int pokeys_request_create(pokeys_device_t *dev, const uint8_t packet[POKEYS_PACKET_SIZE],
@@ -195,8 +194,8 @@ bool mailbox_refresh(pokeys_device_t *dev, mailbox_entry_t *entry)
 	entry->refresh(dev, entry, entry->context);
 	if (entry->serial != serial || entry->state != POKEYS_REQUEST_IN_FLIGHT)
 		return false;
-	mailbox_finish(dev, entry, wire_op_find(entry->command_sent,
-						entry->request_buffer[WIRE_AT_P1]));
+	mailbox_finish(dev, entry,
+		       wire_op_find(entry->command_sent, entry->request_buffer[WIRE_AT_P1]));
 	return true;
 }
 

@@ -39,7 +39,7 @@ static double signed_duty(struct drive *drive, const struct drive_config *config
 		return fabs(output);
 	if (drive->known) {
 		*drive = (struct drive){ .ready = drive->ready, .reverse = drive->reverse };
-		return 0;	/* what is settled is still the PWM of before */
+		return 0; /* what is settled is still the PWM of before */
 	}
 	if (!dwelt(drive, config, settled, now_ns))
 		return 0;
@@ -60,8 +60,8 @@ bool drive_passes(const struct drive *drive, const struct drive_config *config, 
 				(drive->known && drive->reverse == (output < 0)));
 }
 
-struct drive_wires drive_step(struct drive *drive, const struct drive_config *config,
-			      double output, bool enabled, bool settled, uint64_t now_ns)
+struct drive_wires drive_step(struct drive *drive, const struct drive_config *config, double output,
+			      bool enabled, bool settled, uint64_t now_ns)
 {
 	struct drive_wires wires = { .enable = false };
 

@@ -35,8 +35,7 @@ bool handover_step(struct handover *handover, const struct servo *servo,
 		handover->asked = wish->position;
 		handover->asked_ns = now_ns;
 	}
-	if (since(handover->asked_ns, now_ns) < STAYS_NS ||
-	    !is_near(servo, wish->position, *place))
+	if (since(handover->asked_ns, now_ns) < STAYS_NS || !is_near(servo, wish->position, *place))
 		return false;
 	*place += fmax(-step, fmin(rest, step));
 	return *place == wish->position || fabs(rest) <= step;

@@ -11,8 +11,8 @@
 #include "daemon/loops/servo.h"
 
 struct handover {
-	double asked;		/* the commander's position; NAN: not seen yet */
-	uint64_t asked_ns;	/* ... since then */
+	double asked;      /* the commander's position; NAN: not seen yet */
+	uint64_t asked_ns; /* ... since then */
 };
 
 void handover_begin(struct handover *handover);

@@ -26,13 +26,24 @@
 #define STALE_MOST_NS UINT64_C(2000000000)
 
 const struct heater_config heater_usual = {
-	.sensor = { .kind = SENSOR_BETA, .pull_up = 4700, .ohm = 100e3, .celsius = 25,
+	.sensor = { .kind = SENSOR_BETA,
+		    .pull_up = 4700,
+		    .ohm = 100e3,
+		    .celsius = 25,
 		    .beta = 3950 },
-	.least = 5, .most = 280, .target_most = 265,
-	.law = HEATER_PID, .gains = { .p = 0.087, .i = 0.0042, .d = 0.45, .smooth = 0.5 },
-	.hysteresis = 1, .power_most = 1, .rate_most = 20,
-	.slack = 4, .rise = 1, .window_ns = UINT64_C(40000000000),
-	.stale_ns = UINT64_C(300000000), .lease_ns = UINT64_C(500000000),
+	.least = 5,
+	.most = 280,
+	.target_most = 265,
+	.law = HEATER_PID,
+	.gains = { .p = 0.087, .i = 0.0042, .d = 0.45, .smooth = 0.5 },
+	.hysteresis = 1,
+	.power_most = 1,
+	.rate_most = 20,
+	.slack = 4,
+	.rise = 1,
+	.window_ns = UINT64_C(40000000000),
+	.stale_ns = UINT64_C(300000000),
+	.lease_ns = UINT64_C(500000000),
 };
 
 static bool is_gain(double value)
@@ -63,8 +74,7 @@ static const char *judge_times(const struct heater_config *config)
 
 static const char *judge(const struct heater_config *config)
 {
-	if (!isfinite(config->least) || !isfinite(config->most) ||
-	    !(config->least < config->most))
+	if (!isfinite(config->least) || !isfinite(config->most) || !(config->least < config->most))
 		return "min-temperature has to be below max-temperature";
 	if (!(config->slack >= 1 && config->slack <= 50) ||
 	    !(config->rise >= 0.5 && config->rise <= 20))
@@ -99,8 +109,11 @@ const char *heater_init(struct heater *heater, const struct heater_config *confi
 {
 	const char *why = judge(config);
 
-	*heater = (struct heater){ .config = *config, .temperature = NAN, .wanted = NAN,
-				   .condition = HEATER_STALE, .sensed = HEATER_STALE };
+	*heater = (struct heater){ .config = *config,
+				   .temperature = NAN,
+				   .wanted = NAN,
+				   .condition = HEATER_STALE,
+				   .sensed = HEATER_STALE };
 	why = why ? why : judge_gains(&config->gains, config->law);
 	why = why ? why : sensor_init(&heater->sensor, &config->sensor);
 	return why ? why : judge_range(heater);
@@ -198,8 +211,8 @@ enum heater_refusal heater_command(struct heater *heater, double target)
 
 enum heater_refusal heater_tune(struct heater *heater, double target)
 {
-	const enum heater_refusal refusal =
-		target > 0 ? judge_target(heater, target) : HEATER_OUT_OF_RANGE;
+	const enum heater_refusal refusal = target > 0 ? judge_target(heater, target) :
+							 HEATER_OUT_OF_RANGE;
 
 	if (refusal != HEATER_TAKEN)
 		return refusal;

@@ -27,17 +27,17 @@
 /* Why it does not heat. The first ones are conditions of a moment, the others of a time. */
 enum heater_fault {
 	HEATER_FINE,
-	HEATER_DEVICE,		/* the device is lost, was restarted, or is not configured */
-	HEATER_STALE,		/* no reading for stale_ns */
-	HEATER_ODD,		/* the reading is no number */
-	HEATER_OPEN,		/* the sensor's wire is broken */
-	HEATER_SHORTED,		/* ... shorted */
-	HEATER_OVER,		/* above most */
-	HEATER_UNDER,		/* below least */
-	HEATER_JUMP,		/* the temperature has changed faster than any heater could */
-	HEATER_NO_RISE,		/* while it heats, it does not get warmer */
-	HEATER_FELL,		/* it was warm, and gets colder than it should be */
-	HEATER_UNHEEDED,	/* near its target, but full power has no effect */
+	HEATER_DEVICE,   /* the device is lost, was restarted, or is not configured */
+	HEATER_STALE,    /* no reading for stale_ns */
+	HEATER_ODD,      /* the reading is no number */
+	HEATER_OPEN,     /* the sensor's wire is broken */
+	HEATER_SHORTED,  /* ... shorted */
+	HEATER_OVER,     /* above most */
+	HEATER_UNDER,    /* below least */
+	HEATER_JUMP,     /* the temperature has changed faster than any heater could */
+	HEATER_NO_RISE,  /* while it heats, it does not get warmer */
+	HEATER_FELL,     /* it was warm, and gets colder than it should be */
+	HEATER_UNHEEDED, /* near its target, but full power has no effect */
 	HEATER_FAULTS
 };
 
@@ -48,18 +48,18 @@ enum heater_law {
 
 struct heater_config {
 	struct sensor_config sensor;
-	double least, most;	/* degrees Celsius; outside of these is a fault */
-	double target_most;	/* a target above is refused; below most */
+	double least, most; /* degrees Celsius; outside of these is a fault */
+	double target_most; /* a target above is refused; below most */
 	enum heater_law law;
-	struct pid_gains gains;	/* of an output of 0 to 1, for each kelvin */
-	double hysteresis;	/* BANG_BANG: on below the target by so much, off above it, K */
-	double power_most;	/* above 0, up to 1 */
-	double rate_most;	/* the temperature cannot change faster, K/s */
-	double slack;		/* nearer to the target it is warm, K */
-	double rise;		/* it has to rise so much in window_ns while it is cold, K */
-	uint64_t window_ns;	/* at most 10 minutes */
-	uint64_t stale_ns;	/* at most 2 s */
-	uint64_t lease_ns;	/* it goes on so long without a commander; UINT64_MAX: for ever */
+	struct pid_gains gains; /* of an output of 0 to 1, for each kelvin */
+	double hysteresis;      /* BANG_BANG: on below the target by so much, off above it, K */
+	double power_most;      /* above 0, up to 1 */
+	double rate_most;       /* the temperature cannot change faster, K/s */
+	double slack;           /* nearer to the target it is warm, K */
+	double rise;            /* it has to rise so much in window_ns while it is cold, K */
+	uint64_t window_ns;     /* at most 10 minutes */
+	uint64_t stale_ns;      /* at most 2 s */
+	uint64_t lease_ns;      /* it goes on so long without a commander; UINT64_MAX: for ever */
 };
 
 /* What is usual, for a sensor of a beta thermistor of 100 kohm at 4.7 kohm. */
@@ -67,9 +67,9 @@ extern const struct heater_config heater_usual;
 
 enum heater_refusal {
 	HEATER_TAKEN,
-	HEATER_OUT_OF_RANGE,	/* no number, below 0, or above target_most; the old target stays */
-	HEATER_AFTER_FAULT,	/* nothing but off (0), until off was commanded without a fault */
-	HEATER_NOT_READY,	/* its condition would be a fault at once */
+	HEATER_OUT_OF_RANGE, /* no number, below 0, or above target_most; the old target stays */
+	HEATER_AFTER_FAULT,  /* nothing but off (0), until off was commanded without a fault */
+	HEATER_NOT_READY,    /* its condition would be a fault at once */
 };
 
 /* Finding the gains. */
@@ -77,17 +77,17 @@ enum heater_tuning {
 	TUNE_NONE,
 	TUNE_RUNS,
 	TUNE_DONE,
-	TUNE_FAILED,		/* a fault, another command, or an hour was over */
+	TUNE_FAILED, /* a fault, another command, or an hour was over */
 };
 
 struct heater_tune {
 	enum heater_tuning state;
-	struct pid_gains gains;	/* what was found, when it is done */
-	double lowest, highest;	/* powers that it was heated with in the cycles that count */
-	double height, period;	/* of the oscillation: K from lowest to highest, seconds */
-	unsigned int cycles;	/* so far */
+	struct pid_gains gains; /* what was found, when it is done */
+	double lowest, highest; /* powers that it was heated with in the cycles that count */
+	double height, period;  /* of the oscillation: K from lowest to highest, seconds */
+	unsigned int cycles;    /* so far */
 	bool on;
-	double high, low;	/* temperatures of this cycle */
+	double high, low; /* temperatures of this cycle */
 	uint64_t begun_ns, switched_ns, above_ns;
 };
 
@@ -100,48 +100,48 @@ struct heater {
 	double sample[HEATER_SAMPLES];
 	unsigned int samples;
 	unsigned int count[SENSOR_ODD + 1];
-	uint64_t sampled_ns;	/* when the newest one was read; 0: there was none */
-	double temperature;	/* of the last good ones; NAN: there was none */
-	uint64_t good_ns;	/* when that was read */
-	double before;		/* the temperature of a second ago, from which it may not jump */
-	uint64_t before_ns;	/* ... 0: there was none */
+	uint64_t sampled_ns; /* when the newest one was read; 0: there was none */
+	double temperature;  /* of the last good ones; NAN: there was none */
+	uint64_t good_ns;    /* when that was read */
+	double before;       /* the temperature of a second ago, from which it may not jump */
+	uint64_t before_ns;  /* ... 0: there was none */
 
-	double target;		/* 0: off */
-	double wanted;		/* what was commanded last, taken or not; NAN: nothing yet */
+	double target; /* 0: off */
+	double wanted; /* what was commanded last, taken or not; NAN: nothing yet */
 	enum heater_refusal refusal;
-	bool device;		/* it can be used */
-	bool lost;		/* it could not be used at some time since the last step */
-	bool armed;		/* off was commanded since the start and the last fault */
-	uint64_t commander_ns;	/* it was alive then; 0: never */
+	bool device;           /* it can be used */
+	bool lost;             /* it could not be used at some time since the last step */
+	bool armed;            /* off was commanded since the start and the last fault */
+	uint64_t commander_ns; /* it was alive then; 0: never */
 
-	double power;		/* 0 to power_most */
-	double available;	/* ... of which it could have been so much */
-	bool limited;		/* it asked for more */
-	bool on;		/* BANG_BANG */
-	enum heater_fault condition;	/* what is wrong now */
-	enum heater_fault sensed;	/* ... with the sensor alone */
+	double power;                /* 0 to power_most */
+	double available;            /* ... of which it could have been so much */
+	bool limited;                /* it asked for more */
+	bool on;                     /* BANG_BANG */
+	enum heater_fault condition; /* what is wrong now */
+	enum heater_fault sensed;    /* ... with the sensor alone */
 	struct heater_tune tune;
-	enum heater_fault fault;	/* what has switched it off; stays until heater_reset() */
-	uint64_t step_ns;	/* of the last step */
+	enum heater_fault fault; /* what has switched it off; stays until heater_reset() */
+	uint64_t step_ns;        /* of the last step */
 
 	/* Is it getting warm, is it staying warm? */
-	bool watched;		/* calm and load are those of the last step */
-	double calm;		/* the temperature, without noise */
-	double load;		/* the power, in the middle of the last seconds */
-	double room;		/* what that could have been */
-	double press;		/* the part of the last seconds in which it took all it could */
-	uint64_t whole_ns;	/* so long it could have its highest power */
-	bool warm;		/* is or was near its target, since it was switched on */
-	bool cold;		/* is further from it than slack, and has to rise */
-	double base;		/* from here, the lowest for base_ns */
-	uint64_t base_ns;	/* time at its highest power, or as much as longer with less */
-	uint64_t paused_ns;	/* it was switched off then; 0: it never heated, or was reset */
-	double begun;		/* calm, when it was switched on */
-	double peak;		/* the highest since then */
-	double risen;		/* each time before that, since base_ns began, K */
-	bool full;		/* the load is nearly all there is */
-	double full_base;	/* ... for full_ns, from here */
-	uint64_t full_ns;	/* likewise */
+	bool watched;       /* calm and load are those of the last step */
+	double calm;        /* the temperature, without noise */
+	double load;        /* the power, in the middle of the last seconds */
+	double room;        /* what that could have been */
+	double press;       /* the part of the last seconds in which it took all it could */
+	uint64_t whole_ns;  /* so long it could have its highest power */
+	bool warm;          /* is or was near its target, since it was switched on */
+	bool cold;          /* is further from it than slack, and has to rise */
+	double base;        /* from here, the lowest for base_ns */
+	uint64_t base_ns;   /* time at its highest power, or as much as longer with less */
+	uint64_t paused_ns; /* it was switched off then; 0: it never heated, or was reset */
+	double begun;       /* calm, when it was switched on */
+	double peak;        /* the highest since then */
+	double risen;       /* each time before that, since base_ns began, K */
+	bool full;          /* the load is nearly all there is */
+	double full_base;   /* ... for full_ns, from here */
+	uint64_t full_ns;   /* likewise */
 	/* how long the last rises took at full power; 0: not known */
 	uint64_t rise_ns[HEATER_RISES];
 };

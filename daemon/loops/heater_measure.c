@@ -93,7 +93,7 @@ static enum heater_fault of_period(struct heater *heater, unsigned int good)
 	double celsius;
 
 	if (!good)
-		return heater->sensed;	/* nothing new */
+		return heater->sensed; /* nothing new */
 	state = sensor_read(&heater->sensor, median(heater->sample, good), &celsius);
 	return state == SENSOR_GOOD ? judge(heater, celsius) : of_state(state);
 }

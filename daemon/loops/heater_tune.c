@@ -26,8 +26,10 @@
 void tune_begin(struct heater *heater)
 {
 	heater->tune = (struct heater_tune){
-		.state = TUNE_RUNS, .on = heater->temperature <= heater->target,
-		.high = -INFINITY, .low = INFINITY,
+		.state = TUNE_RUNS,
+		.on = heater->temperature <= heater->target,
+		.high = -INFINITY,
+		.low = INFINITY,
 	};
 	pid_reset(&heater->pid);
 }

@@ -105,8 +105,7 @@ void watch_rest(struct heater *heater, uint64_t now_ns)
 static void follow(struct heater *heater, uint64_t passed_ns)
 {
 	const double seconds = (double)passed_ns / SECOND;
-	const bool presses = heater->limited ||
-			     heater->power >= FULL * heater->config.power_most;
+	const bool presses = heater->limited || heater->power >= FULL * heater->config.power_most;
 
 	if (!heater->watched) {
 		heater->watched = true;
@@ -149,8 +148,8 @@ static uint64_t window(const struct heater *heater)
 	const uint64_t learnt_ns = lesser(greater(rise_ns * TIMES, LEAST_NS),
 					  heater->config.window_ns);
 
-	return heater->full && rise_ns && heater->whole_ns >= learnt_ns ?
-	       learnt_ns : heater->config.window_ns;
+	return heater->full && rise_ns && heater->whole_ns >= learnt_ns ? learnt_ns :
+									  heater->config.window_ns;
 }
 
 /* With less power it has more time, but not for ever. */

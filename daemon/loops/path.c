@@ -57,7 +57,7 @@ const char *path_init(struct path *path, const struct path_config *config)
 void path_limit(struct path *path, unsigned int axis, const struct path_axis_config *limits)
 {
 	path->config.axis[axis] = can_move(limits) ? *limits :
-				  (struct path_axis_config){ .speed = 0 };
+						     (struct path_axis_config){ .speed = 0 };
 }
 
 static struct path_move *move_at(struct path *path, unsigned int index)
@@ -285,7 +285,7 @@ static void go_on(struct path *path, double rest, double rate, double wanted, do
 	path->speed = within(wanted, before - change, before + change);
 	if (path->speed > 0)
 		path->done += fmin((before + path->speed) / 2 * seconds, rest);
-	else	/* it stands before they are over */
+	else /* it stands before they are over */
 		path->done += fmin(before * before / (2 * rate), rest);
 	path->speed = fmax(path->speed, 0);
 }

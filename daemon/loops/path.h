@@ -16,7 +16,7 @@
 #include <stdint.h>
 
 enum {
-	PATH_MOVES = 32,	/* that wait, or are under way */
+	PATH_MOVES = 32, /* that wait, or are under way */
 	PATH_AXES = 16,
 };
 
@@ -24,8 +24,8 @@ enum {
 #define PATH_PLACE_MOST 1e9	/* units */
 
 struct path_axis_config {
-	double speed;		/* at most, units/s; above 0, or both 0: it cannot be moved */
-	double acceleration;	/* at most, units/s^2 */
+	double speed;        /* at most, units/s; above 0, or both 0: it cannot be moved */
+	double acceleration; /* at most, units/s^2 */
 };
 
 struct path_config {
@@ -40,38 +40,38 @@ struct path_config {
 
 enum path_refusal {
 	PATH_TAKEN,
-	PATH_FULL,		/* PATH_MOVES are waiting */
-	PATH_ODD,		/* a place or a speed is no number, or too large, or an axis of it
-				 * cannot be moved */
-	PATH_ENDS,		/* it is slowing down for path_abort() */
+	PATH_FULL, /* PATH_MOVES are waiting */
+	PATH_ODD,  /* a place or a speed is no number, or too large, or an axis of it
+		    * cannot be moved */
+	PATH_ENDS, /* it is slowing down for path_abort() */
 };
 
 struct path_move {
-	double end[PATH_AXES];	/* where it goes, units */
-	double unit[PATH_AXES];	/* its direction */
-	double length;		/* units */
-	double speed;		/* that is commanded, units/s */
-	double speed_most;	/* that its axes can do */
-	double acceleration;	/* ... likewise, units/s^2 */
+	double end[PATH_AXES];  /* where it goes, units */
+	double unit[PATH_AXES]; /* its direction */
+	double length;          /* units */
+	double speed;           /* that is commanded, units/s */
+	double speed_most;      /* that its axes can do */
+	double acceleration;    /* ... likewise, units/s^2 */
 	/* Squares of speeds at its beginning, (units/s)^2. */
-	double corner;		/* for the corner there */
-	double safe;		/* ... and to keep to the corners that follow */
-	double planned;		/* ... and to the speeds that are commanded there */
+	double corner;  /* for the corner there */
+	double safe;    /* ... and to keep to the corners that follow */
+	double planned; /* ... and to the speeds that are commanded there */
 };
 
 struct path {
 	struct path_config config;
-	uint32_t axes;		/* bit = axis that belongs to it */
-	double position[PATH_AXES], velocity[PATH_AXES];	/* units, units/s */
-	double speed;		/* along the path */
-	double done;		/* of the first move, units */
-	double feed;		/* part of the commanded speeds, 0 to PATH_FEED_MOST */
-	bool held;		/* slow down and wait, on the path */
-	bool ends;		/* slow down, then forget what waits */
+	uint32_t axes;                                   /* bit = axis that belongs to it */
+	double position[PATH_AXES], velocity[PATH_AXES]; /* units, units/s */
+	double speed;                                    /* along the path */
+	double done;                                     /* of the first move, units */
+	double feed; /* part of the commanded speeds, 0 to PATH_FEED_MOST */
+	bool held;   /* slow down and wait, on the path */
+	bool ends;   /* slow down, then forget what waits */
 	struct path_move move[PATH_MOVES];
 	unsigned int first, count;
-	uint32_t taken;		/* moves, since the start */
-	uint64_t step_ns;	/* of the last step; 0: there was none */
+	uint32_t taken;   /* moves, since the start */
+	uint64_t step_ns; /* of the last step; 0: there was none */
 };
 
 /*

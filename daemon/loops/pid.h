@@ -13,19 +13,19 @@
 #include <stdbool.h>
 
 struct pid_gains {
-	double p;		/* output for each unit of the error */
-	double i;		/* ... and second */
-	double d;		/* output for each unit a second of the measurement */
-	double smooth;		/* time constant of the derivative's filter, seconds */
+	double p;      /* output for each unit of the error */
+	double i;      /* ... and second */
+	double d;      /* output for each unit a second of the measurement */
+	double smooth; /* time constant of the derivative's filter, seconds */
 };
 
 struct pid {
-	double integral;	/* in units of the output */
-	double bridge;		/* ... from gains of before with one to those without; goes to 0 */
-	double rate;		/* of the measurement, filtered, units a second */
-	double last;		/* measurement */
-	double added;		/* to the integral by the last step */
-	bool primed;		/* there is a last one */
+	double integral; /* in units of the output */
+	double bridge;   /* ... from gains of before with one to those without; goes to 0 */
+	double rate;     /* of the measurement, filtered, units a second */
+	double last;     /* measurement */
+	double added;    /* to the integral by the last step */
+	bool primed;     /* there is a last one */
 };
 
 /* The next measurement is the first one; nothing is left of those before it. */

@@ -16,8 +16,8 @@ double power_limit(const double *power, const double *watts, unsigned int count,
 
 /* A fan that is bound to a temperature. */
 struct fan_config {
-	double above;		/* degrees Celsius: it runs */
-	double hysteresis;	/* ... until it is colder by so much, K */
+	double above;      /* degrees Celsius: it runs */
+	double hysteresis; /* ... until it is colder by so much, K */
 };
 
 /* Does it run from now on? It does if the temperature is not known (NAN): it may be hot. */

@@ -40,8 +40,7 @@ static const char *init_beta(struct sensor *sensor)
 {
 	const struct sensor_config *config = &sensor->config;
 
-	if (!positive(config->ohm) || !positive(config->beta) ||
-	    !positive(config->celsius + ZERO))
+	if (!positive(config->ohm) || !positive(config->beta) || !positive(config->celsius + ZERO))
 		return "ohm, beta and the temperature have to be more than nothing";
 	sensor->b = 1 / config->beta;
 	sensor->a = 1 / (config->celsius + ZERO) - sensor->b * log(config->ohm);
@@ -162,8 +161,8 @@ static enum sensor_state look_up(const struct sensor_config *config, double at, 
 		return SENSOR_OPEN;
 	while (at > p[i].at)
 		i++;
-	*celsius = p[i - 1].celsius + (p[i].celsius - p[i - 1].celsius) * (at - p[i - 1].at) /
-					      (p[i].at - p[i - 1].at);
+	*celsius = p[i - 1].celsius +
+		   (p[i].celsius - p[i - 1].celsius) * (at - p[i - 1].at) / (p[i].at - p[i - 1].at);
 	return SENSOR_GOOD;
 }
 

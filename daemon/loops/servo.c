@@ -27,12 +27,25 @@
 #define LONGEST_NS UINT64_C(100000000)	/* between two commanded positions of one motion */
 
 const struct servo_config servo_usual = {
-	.scale = 1000, .least = -INFINITY, .most = INFINITY, .speed_most = 100,
-	.speed_jump = 500, .gains = { .p = 1, .d = 0.01 }, .integral_most = 0.5, .output_most = 1,
-	.smooth = 0.002, .follow_least = 0.5, .follow_most = 2,
-	.stall_output = 0.9, .stall_move = 0.1, .stall_s = 0.3,
-	.silent_output = 0.2, .silent_s = 0.02,
-	.runaway_output = 0.1, .runaway_move = 0.2, .stale_ns = UINT64_C(10000000),
+	.scale = 1000,
+	.least = -INFINITY,
+	.most = INFINITY,
+	.speed_most = 100,
+	.speed_jump = 500,
+	.gains = { .p = 1, .d = 0.01 },
+	.integral_most = 0.5,
+	.output_most = 1,
+	.smooth = 0.002,
+	.follow_least = 0.5,
+	.follow_most = 2,
+	.stall_output = 0.9,
+	.stall_move = 0.1,
+	.stall_s = 0.3,
+	.silent_output = 0.2,
+	.silent_s = 0.02,
+	.runaway_output = 0.1,
+	.runaway_move = 0.2,
+	.stale_ns = UINT64_C(10000000),
 };
 
 static bool is_gain(double value)
@@ -116,8 +129,9 @@ const char *servo_init(struct servo *servo, const struct servo_config *config)
 {
 	const char *why = judge(config);
 
-	*servo = (struct servo){ .config = *config, .condition = SERVO_STALE,
-				 .low_at = NAN, .high_at = NAN };
+	*servo = (struct servo){
+		.config = *config, .condition = SERVO_STALE, .low_at = NAN, .high_at = NAN
+	};
 	return why ? why : judge_gains(&config->gains);
 }
 
@@ -204,9 +218,10 @@ static void estimate_rate(struct servo *servo, double position, uint64_t now_ns)
 		servo->changed_ns = now_ns;
 		/* a jump is no speed, and must not be fed forward as one */
 		servo->wanted_rate = servo->interval_ns ?
-				     limited((position - servo->wanted) /
-					     ((double)passed_ns / SECOND),
-					     servo->config.speed_most) : 0;
+					     limited((position - servo->wanted) /
+							     ((double)passed_ns / SECOND),
+						     servo->config.speed_most) :
+					     0;
 	} else if (passed_ns >= 2 * servo->interval_ns) {
 		servo->wanted_rate = 0;
 	}
@@ -226,7 +241,8 @@ static void follow_command(struct servo *servo, const struct servo_wish *wish, d
 	} else {
 		servo->wanted_rate = wish->velocity;
 		servo->wanted_acceleration += ((servo->wanted_rate - before) / seconds -
-					       servo->wanted_acceleration) * part;
+					       servo->wanted_acceleration) *
+					      part;
 	}
 	servo->wanted = wish->position;
 }
@@ -322,8 +338,8 @@ static enum servo_fault run(struct servo *servo, const struct servo_input *input
 			    double seconds, uint64_t now_ns)
 {
 	const double wanted = servo->forced ? servo->position : wish->position;
-	const enum servo_fault found =
-		servo->condition ? servo->condition : servo_watch(servo, input, wanted, way);
+	const enum servo_fault found = servo->condition ? servo->condition :
+							  servo_watch(servo, input, wanted, way);
 
 	if (found)
 		return found;

@@ -22,62 +22,62 @@
 /* Why it does not move. */
 enum servo_fault {
 	SERVO_FINE,
-	SERVO_DEVICE,		/* the device is lost, was restarted, or is not configured */
-	SERVO_STALE,		/* no reading of the encoder for stale_ns */
-	SERVO_EMERGENCY,	/* emergency stop */
-	SERVO_JUMP,		/* the encoder says that it was faster than it can be */
-	SERVO_ODD,		/* the command is no number, or faster than speed_jump */
-	SERVO_FOLLOWING,	/* it is too far from where it is commanded to be */
-	SERVO_STALLED,		/* it is pushed hard, and does not get away */
-	SERVO_SILENT,		/* it is pushed, and the encoder does not count */
-	SERVO_RUNAWAY,		/* it gets faster against its output: one of them is reversed */
-	SERVO_SOFT_LIMIT,	/* commanded beyond least or most */
-	SERVO_SWITCH,		/* at a limit switch */
-	SERVO_HEATER,		/* a heater whose faults stop it has one */
+	SERVO_DEVICE,     /* the device is lost, was restarted, or is not configured */
+	SERVO_STALE,      /* no reading of the encoder for stale_ns */
+	SERVO_EMERGENCY,  /* emergency stop */
+	SERVO_JUMP,       /* the encoder says that it was faster than it can be */
+	SERVO_ODD,        /* the command is no number, or faster than speed_jump */
+	SERVO_FOLLOWING,  /* it is too far from where it is commanded to be */
+	SERVO_STALLED,    /* it is pushed hard, and does not get away */
+	SERVO_SILENT,     /* it is pushed, and the encoder does not count */
+	SERVO_RUNAWAY,    /* it gets faster against its output: one of them is reversed */
+	SERVO_SOFT_LIMIT, /* commanded beyond least or most */
+	SERVO_SWITCH,     /* at a limit switch */
+	SERVO_HEATER,     /* a heater whose faults stop it has one */
 	SERVO_FAULTS
 };
 
 /* Why it was not enabled when that was commanded. It has to be commanded off before it is again. */
 enum servo_refusal {
 	SERVO_TAKEN,
-	SERVO_AFTER_FAULT,	/* a fault has to be reset first */
-	SERVO_NOT_READY,	/* its condition would be a fault at once */
-	SERVO_ELSEWHERE,	/* the commanded position is not where the axis is */
-	SERVO_OFF_FIRST,	/* off was not commanded since the start, a fault, or a loss */
-	SERVO_UNREAD,		/* whoever commands it does not know where the axis is */
+	SERVO_AFTER_FAULT, /* a fault has to be reset first */
+	SERVO_NOT_READY,   /* its condition would be a fault at once */
+	SERVO_ELSEWHERE,   /* the commanded position is not where the axis is */
+	SERVO_OFF_FIRST,   /* off was not commanded since the start, a fault, or a loss */
+	SERVO_UNREAD,      /* whoever commands it does not know where the axis is */
 };
 
 /* Of an output of -1 to 1. */
 struct servo_gains {
-	double p;		/* output for each unit of the error */
-	double i;		/* ... and second */
-	double d;		/* output for each unit/s that it is slower than commanded */
-	double velocity;	/* output for each unit/s that is commanded (feed-forward) */
-	double acceleration;	/* output for each unit/s^2 that is commanded (feed-forward) */
+	double p;            /* output for each unit of the error */
+	double i;            /* ... and second */
+	double d;            /* output for each unit/s that it is slower than commanded */
+	double velocity;     /* output for each unit/s that is commanded (feed-forward) */
+	double acceleration; /* output for each unit/s^2 that is commanded (feed-forward) */
 };
 
 #define SERVO_STALE_MOST_NS UINT64_C(100000000)
 
 struct servo_config {
-	double scale;		/* counts for each unit; below 0: it counts the other way */
-	double least, most;	/* soft limits, as soon as it is homed; units. -+INFINITY: none */
-	double speed_most;	/* at this speed follow_most is allowed; units/s */
-	double speed_jump;	/* it cannot be faster, units/s */
+	double scale;       /* counts for each unit; below 0: it counts the other way */
+	double least, most; /* soft limits, as soon as it is homed; units. -+INFINITY: none */
+	double speed_most;  /* at this speed follow_most is allowed; units/s */
+	double speed_jump;  /* it cannot be faster, units/s */
 	struct servo_gains gains;
-	double deadband;	/* an error up to this is none, units; one of a count never is */
-	double integral_most;	/* of the output, 0 to 1 */
-	double output_most;	/* above 0, up to 1 */
-	double smooth;		/* time constant of speeds and accelerations, seconds */
-	double follow_least;	/* allowed error while it stands, units; above 0 */
-	double follow_most;	/* ... at speed_most; not below follow_least */
-	double stall_output;	/* with this output, above 0 up to 1, ... */
-	double stall_move;	/* ... it has to move so far, units, ... */
-	double stall_s;		/* ... within this time, seconds; at most 10 */
-	double silent_output;	/* an output may change by so much without a count, 0 to 1 */
-	double silent_s;	/* ... by 1 more than that for so long, by less for longer */
-	double runaway_output;	/* it may not get faster against a higher output than this, ... */
-	double runaway_move;	/* ... for longer than this way, units */
-	uint64_t stale_ns;	/* at most SERVO_STALE_MOST_NS */
+	double deadband;       /* an error up to this is none, units; one of a count never is */
+	double integral_most;  /* of the output, 0 to 1 */
+	double output_most;    /* above 0, up to 1 */
+	double smooth;         /* time constant of speeds and accelerations, seconds */
+	double follow_least;   /* allowed error while it stands, units; above 0 */
+	double follow_most;    /* ... at speed_most; not below follow_least */
+	double stall_output;   /* with this output, above 0 up to 1, ... */
+	double stall_move;     /* ... it has to move so far, units, ... */
+	double stall_s;        /* ... within this time, seconds; at most 10 */
+	double silent_output;  /* an output may change by so much without a count, 0 to 1 */
+	double silent_s;       /* ... by 1 more than that for so long, by less for longer */
+	double runaway_output; /* it may not get faster against a higher output than this, ... */
+	double runaway_move;   /* ... for longer than this way, units */
+	uint64_t stale_ns;     /* at most SERVO_STALE_MOST_NS */
 };
 
 /* What is usual; scale, speeds, gains, following error and ways have to be those of the axis. */
@@ -85,70 +85,70 @@ extern const struct servo_config servo_usual;
 
 /* What is known of the device in this cycle. */
 struct servo_input {
-	int32_t counts;		/* of the encoder; they go on after the largest with the smallest */
-	uint64_t read_ns;	/* when they were read; 0: never */
-	uint64_t asked_ns;	/* perhaps they are as old as that; 0: no older than read_ns */
-	bool usable;		/* the device is found and configured */
-	uint32_t epoch;		/* another number: its counters may have lost their counts */
-	uint32_t slips;		/* another number: the counts of before were wrong */
+	int32_t counts;    /* of the encoder; they go on after the largest with the smallest */
+	uint64_t read_ns;  /* when they were read; 0: never */
+	uint64_t asked_ns; /* perhaps they are as old as that; 0: no older than read_ns */
+	bool usable;       /* the device is found and configured */
+	uint32_t epoch;    /* another number: its counters may have lost their counts */
+	uint32_t slips;    /* another number: the counts of before were wrong */
 	bool emergency;
-	bool heater;		/* a heater whose faults stop it has one */
-	bool low, high;		/* the limit switches are active */
-	bool seeks_low, seeks_high;	/* ... and one of them is what the axis is homing to */
+	bool heater;                /* a heater whose faults stop it has one */
+	bool low, high;             /* the limit switches are active */
+	bool seeks_low, seeks_high; /* ... and one of them is what the axis is homing to */
 };
 
 /* What is commanded in this cycle. */
 struct servo_wish {
-	bool alive;		/* somebody commands */
-	bool blind;		/* ... and does not know where the axis is: may not enable it */
+	bool alive; /* somebody commands */
+	bool blind; /* ... and does not know where the axis is: may not enable it */
 	bool enable;
-	double position;	/* units */
-	double velocity;	/* units/s, of that position; NAN: it is estimated */
+	double position; /* units */
+	double velocity; /* units/s, of that position; NAN: it is estimated */
 };
 
 struct servo {
 	struct servo_config config;
 
-	bool primed;		/* there is a count that the next one can be compared with */
-	int32_t last;		/* count */
-	uint64_t read_ns;	/* when that was read */
-	uint64_t asked_ns;	/* ... at the earliest */
-	uint32_t epoch, slips;	/* of the device, then */
-	int64_t counts;		/* since the start */
-	double offset;		/* of the position, units */
-	double position;	/* units */
-	double rate;		/* ... a second, without noise */
-	double raw_rate;	/* ... with it: of the last two readings */
-	bool homed;		/* the position is that of the machine */
+	bool primed;           /* there is a count that the next one can be compared with */
+	int32_t last;          /* count */
+	uint64_t read_ns;      /* when that was read */
+	uint64_t asked_ns;     /* ... at the earliest */
+	uint32_t epoch, slips; /* of the device, then */
+	int64_t counts;        /* since the start */
+	double offset;         /* of the position, units */
+	double position;       /* units */
+	double rate;           /* ... a second, without noise */
+	double raw_rate;       /* ... with it: of the last two readings */
+	bool homed;            /* the position is that of the machine */
 
-	bool armed;		/* off was commanded since the start, a fault and a loss */
+	bool armed; /* off was commanded since the start, a fault and a loss */
 	bool enabled;
 	enum servo_refusal refusal;
-	double wanted;		/* position that is commanded */
+	double wanted; /* position that is commanded */
 	double wanted_rate, wanted_acceleration;
-	uint64_t changed_ns, interval_ns;	/* of the commanded position: when, and how often */
+	uint64_t changed_ns, interval_ns; /* of the commanded position: when, and how often */
 
-	double error;		/* off what was commanded when the encoder was read, units */
-	double rate_error;	/* ... likewise, of the speed, units/s */
-	double span;		/* seconds between the last two readings */
-	double integral;	/* in units of the output */
-	double bridge;		/* ... from the gains of before to those of now; goes to 0 */
+	double error;      /* off what was commanded when the encoder was read, units */
+	double rate_error; /* ... likewise, of the speed, units/s */
+	double span;       /* seconds between the last two readings */
+	double integral;   /* in units of the output */
+	double bridge;     /* ... from the gains of before to those of now; goes to 0 */
 	double output;
-	bool forced;		/* its output in the next step is this one */
+	bool forced; /* its output in the next step is this one */
 	double force;
-	uint64_t step_ns;	/* of the last step; 0: there was none */
-	enum servo_fault condition;	/* what is wrong now */
-	enum servo_fault fault;		/* what has stopped it; stays until servo_reset() */
+	uint64_t step_ns;           /* of the last step; 0: there was none */
+	enum servo_fault condition; /* what is wrong now */
+	enum servo_fault fault;     /* what has stopped it; stays until servo_reset() */
 
-	double stall_from;	/* position, from which it has to get away */
-	double stalled;		/* seconds for which it was pushed hard there */
-	double idle_output;	/* what was the output when the encoder counted last? */
-	double idle_push;	/* how far it was from that since, times seconds */
-	double against;		/* way that it has moved against its output */
-	double against_rate;	/* how fast it was when that began */
-	double soft_least, soft_most;	/* what is allowed now: it may return from beyond */
-	double low_at, high_at;	/* where it is on a limit switch, the innermost; NAN: on none */
-	double low_stop, high_stop;	/* ... and how far it may be commanded there */
+	double stall_from;            /* position, from which it has to get away */
+	double stalled;               /* seconds for which it was pushed hard there */
+	double idle_output;           /* what was the output when the encoder counted last? */
+	double idle_push;             /* how far it was from that since, times seconds */
+	double against;               /* way that it has moved against its output */
+	double against_rate;          /* how fast it was when that began */
+	double soft_least, soft_most; /* what is allowed now: it may return from beyond */
+	double low_at, high_at;     /* where it is on a limit switch, the innermost; NAN: on none */
+	double low_stop, high_stop; /* ... and how far it may be commanded there */
 };
 
 /*

@@ -67,8 +67,7 @@ const char *servo_home_init(struct servo_home *home, const struct servo_home_con
 	return config->search != 0 ? judge(config, servo) : NULL;
 }
 
-static void enter(struct servo_home *home, enum servo_home_state state, double way,
-		  uint64_t now_ns)
+static void enter(struct servo_home *home, enum servo_home_state state, double way, uint64_t now_ns)
 {
 	home->state = state;
 	home->from = home->path;
@@ -198,8 +197,8 @@ static void note_interval(struct servo_home *home, double passed_ns)
 	if (home->readings == 1)
 		home->interval_ns = passed_ns;
 	else if (home->readings)
-		home->interval_ns += (fmin(passed_ns, LOST * home->interval_ns) -
-				      home->interval_ns) / AVERAGE;
+		home->interval_ns +=
+			(fmin(passed_ns, LOST * home->interval_ns) - home->interval_ns) / AVERAGE;
 	home->readings++;
 }
 
@@ -213,10 +212,10 @@ static void take(struct servo_home *home, const struct servo *servo,
 		home->active = input->active;
 		home->edge = place_of(servo, home->read_ns, input->read_ns);
 		home->exact = home->state == SERVO_HOME_APPROACH &&
-			      home->speed * home->config.search > 0 &&
-			      home->readings > AVERAGE && passed_ns <= LOST * home->interval_ns &&
+			      home->speed * home->config.search > 0 && home->readings > AVERAGE &&
+			      passed_ns <= LOST * home->interval_ns &&
 			      (double)since(servo->read_ns, input->read_ns) <=
-			      LOST * home->interval_ns;
+				      LOST * home->interval_ns;
 		home->run_ns = input->read_ns;
 	}
 	home->alike++;
@@ -355,8 +354,7 @@ static double seconds_of(const struct servo_home *home)
 	const struct servo_home_config *config = &home->config;
 	const double slow = home->state == SERVO_HOME_APPROACH ? config->latch :
 								 fabs(config->search);
-	const double way = isfinite(home->way) ? home->way :
-						 fabs(config->position - home->from);
+	const double way = isfinite(home->way) ? home->way : fabs(config->position - home->from);
 
 	return TIMES_MORE * (way / slow + 2 * fabs(config->search) / config->acceleration) +
 	       SECONDS_MORE;
@@ -366,18 +364,18 @@ static double seconds_of(const struct servo_home *home)
 static enum servo_home_end judge_now(const struct servo_home *home, const struct servo *servo,
 				     uint64_t now_ns)
 {
-	if (since(home->read_ns, now_ns) > servo->config.stale_ns &&
-	    home->state != SERVO_HOME_GO)
+	if (since(home->read_ns, now_ns) > servo->config.stale_ns && home->state != SERVO_HOME_GO)
 		return SERVO_HOME_UNREAD;
 	if (fabs(home->path - home->from) > home->way)
 		return home->state == SERVO_HOME_SEARCH || home->state == SERVO_HOME_APPROACH ?
-		       SERVO_HOME_NOT_FOUND : SERVO_HOME_NOT_LEFT;
-	return (double)since(home->since_ns, now_ns) / SECOND > seconds_of(home) ?
-	       SERVO_HOME_LATE : SERVO_HOME_NONE;
+			       SERVO_HOME_NOT_FOUND :
+			       SERVO_HOME_NOT_LEFT;
+	return (double)since(home->since_ns, now_ns) / SECOND > seconds_of(home) ? SERVO_HOME_LATE :
+										   SERVO_HOME_NONE;
 }
 
-static void work(struct servo_home *home, struct servo *servo,
-		 const struct servo_home_input *input, uint64_t now_ns)
+static void work(struct servo_home *home, struct servo *servo, const struct servo_home_input *input,
+		 uint64_t now_ns)
 {
 	enum servo_home_end wrong;
 
@@ -391,8 +389,7 @@ static void work(struct servo_home *home, struct servo *servo,
 }
 
 void servo_home_step(struct servo_home *home, struct servo *servo,
-		     const struct servo_home_input *input, struct servo_wish *wish,
-		     uint64_t now_ns)
+		     const struct servo_home_input *input, struct servo_wish *wish, uint64_t now_ns)
 {
 	const double seconds = fmin((double)since(home->step_ns, now_ns) / SECOND, STEP_MOST_S);
 
@@ -414,8 +411,8 @@ void servo_home_step(struct servo_home *home, struct servo *servo,
 				servo_watch_switch(servo, home->path, home->config.search < 0);
 		}
 		if (home->speed == 0 &&
-		    handover_step(&home->handover, servo, wish,
-				  home->config.latch * seconds, &home->path, now_ns)) {
+		    handover_step(&home->handover, servo, wish, home->config.latch * seconds,
+				  &home->path, now_ns)) {
 			home->state = SERVO_HOME_IDLE;
 			return;
 		}

@@ -21,66 +21,66 @@
 
 enum servo_home_state {
 	SERVO_HOME_IDLE,
-	SERVO_HOME_LEAVE,	/* on the switch at the beginning: off it */
-	SERVO_HOME_SEARCH,	/* towards the switch */
-	SERVO_HOME_BACK,	/* there: off it again */
-	SERVO_HOME_APPROACH,	/* towards it again, slowly: where it closes is its place */
-	SERVO_HOME_GO,		/* the position is known: to the home position */
-	SERVO_HOME_HOLD,	/* it stays where it is: over, but for the commander's position */
+	SERVO_HOME_LEAVE,    /* on the switch at the beginning: off it */
+	SERVO_HOME_SEARCH,   /* towards the switch */
+	SERVO_HOME_BACK,     /* there: off it again */
+	SERVO_HOME_APPROACH, /* towards it again, slowly: where it closes is its place */
+	SERVO_HOME_GO,       /* the position is known: to the home position */
+	SERVO_HOME_HOLD,     /* it stays where it is: over, but for the commander's position */
 	SERVO_HOME_STATES
 };
 
 /* How the last one has ended. */
 enum servo_home_end {
-	SERVO_HOME_NONE,	/* there was none, or it has not ended */
+	SERVO_HOME_NONE, /* there was none, or it has not ended */
 	SERVO_HOME_DONE,
-	SERVO_HOME_ABORTED,	/* on request */
-	SERVO_HOME_STOPPED,	/* the motor was switched off, or has a fault */
-	SERVO_HOME_NOT_FOUND,	/* no switch on the way that it may go */
-	SERVO_HOME_NOT_LEFT,	/* likewise, but the switch stays pressed */
-	SERVO_HOME_LATE,	/* it should have been there long ago */
-	SERVO_HOME_UNREAD,	/* no readings of the switch */
+	SERVO_HOME_ABORTED,   /* on request */
+	SERVO_HOME_STOPPED,   /* the motor was switched off, or has a fault */
+	SERVO_HOME_NOT_FOUND, /* no switch on the way that it may go */
+	SERVO_HOME_NOT_LEFT,  /* likewise, but the switch stays pressed */
+	SERVO_HOME_LATE,      /* it should have been there long ago */
+	SERVO_HOME_UNREAD,    /* no readings of the switch */
 	SERVO_HOME_ENDS
 };
 
 struct servo_home_config {
-	double search;		/* units/s, below 0: the switch is at the lower end; 0: no homing */
-	double latch;		/* units/s, of the slow approach; above 0 */
-	double acceleration;	/* units/s^2 */
-	double offset;		/* position where the switch closes, units */
-	double position;	/* where the axis goes at the end, units */
-	double distance;	/* it may go so far for the switch, units */
+	double search;       /* units/s, below 0: the switch is at the lower end; 0: no homing */
+	double latch;        /* units/s, of the slow approach; above 0 */
+	double acceleration; /* units/s^2 */
+	double offset;       /* position where the switch closes, units */
+	double position;     /* where the axis goes at the end, units */
+	double distance;     /* it may go so far for the switch, units */
 };
 
 struct servo_home {
 	struct servo_home_config config;
 	enum servo_home_state state;
 	enum servo_home_end end;
-	bool pressed;		/* LEAVE: the switch was */
-	double path, speed;	/* what is commanded, units and units/s */
-	double from;		/* the path when this state began */
-	double way;		/* allowed in this state, units */
-	struct handover handover;	/* HOLD */
-	uint64_t since_ns;	/* of this state */
-	uint64_t step_ns;	/* of the last step */
-	uint64_t read_ns;	/* newest reading of the switch */
-	double interval_ns;	/* usual time between two of them; 0: not known */
-	bool active;		/* what it told */
-	unsigned int alike;	/* ... and those before it in a row */
-	uint64_t run_ns;	/* when the first of these was read */
-	double edge;		/* ... and where */
-	double left;		/* where the switch has opened before the approach */
-	bool exact;		/* ... on the slow way, and soon after the one before */
-	unsigned int readings;	/* since the beginning */
-	unsigned int rounds;	/* approaches that have told no exact place */
-	bool stands;		/* HOLD: it does, and the limit switch is watched again */
+	bool pressed;             /* LEAVE: the switch was */
+	double path, speed;       /* what is commanded, units and units/s */
+	double from;              /* the path when this state began */
+	double way;               /* allowed in this state, units */
+	struct handover handover; /* HOLD */
+	uint64_t since_ns;        /* of this state */
+	uint64_t step_ns;         /* of the last step */
+	uint64_t read_ns;         /* newest reading of the switch */
+	double interval_ns;       /* usual time between two of them; 0: not known */
+	bool active;              /* what it told */
+	unsigned int alike;       /* ... and those before it in a row */
+	uint64_t run_ns;          /* when the first of these was read */
+	double edge;              /* ... and where */
+	double left;              /* where the switch has opened before the approach */
+	bool exact;               /* ... on the slow way, and soon after the one before */
+	unsigned int readings;    /* since the beginning */
+	unsigned int rounds;      /* approaches that have told no exact place */
+	bool stands;              /* HOLD: it does, and the limit switch is watched again */
 };
 
 /* The home switch in this cycle. */
 struct servo_home_input {
 	bool active;
-	bool limit;		/* it is the limit switch in the direction of the search */
-	uint64_t read_ns;	/* when it was read; 0: never */
+	bool limit;       /* it is the limit switch in the direction of the search */
+	uint64_t read_ns; /* when it was read; 0: never */
 };
 
 /*

@@ -41,8 +41,8 @@ static enum servo_fault lose(struct servo *servo, enum servo_fault found)
 }
 
 /* A count that is newer than the last one. */
-static enum servo_fault take(struct servo *servo, const struct servo_input *input,
-			     uint64_t read_ns, struct servo_way *way)
+static enum servo_fault take(struct servo *servo, const struct servo_input *input, uint64_t read_ns,
+			     struct servo_way *way)
 {
 	const struct servo_config *config = &servo->config;
 	const int32_t moved = (int32_t)((uint32_t)input->counts - (uint32_t)servo->last);

@@ -10,9 +10,9 @@
 
 /* What this step has learnt. */
 struct servo_way {
-	double moved;		/* since the reading before, units */
-	double seconds;		/* between the two; 0: there is no newer one */
-	bool contact;		/* a limit switch has closed */
+	double moved;   /* since the reading before, units */
+	double seconds; /* between the two; 0: there is no newer one */
+	bool contact;   /* a limit switch has closed */
 };
 
 /* What stops it from outside, whatever it does itself. */

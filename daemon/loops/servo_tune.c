@@ -73,8 +73,8 @@ static bool has_room(const struct servo *servo, double distance)
 	const double high = servo->position + FAR * distance;
 
 	return fabs(servo->wanted_rate) <= servo->config.speed_most * STANDS_PART &&
-	       fabs(servo->rate) <= servo->config.speed_most * RESTS_PART &&
-	       isnan(servo->low_at) && isnan(servo->high_at) &&
+	       fabs(servo->rate) <= servo->config.speed_most * RESTS_PART && isnan(servo->low_at) &&
+	       isnan(servo->high_at) &&
 	       (!servo->homed || (low >= servo->config.least && high <= servo->config.most));
 }
 
@@ -88,11 +88,17 @@ bool servo_tune_begin(struct servo_tune *tune, const struct servo *servo, double
 	    distance * fabs(servo->config.scale) < 8 * MOVED_COUNTS || !has_room(servo, distance))
 		return false;
 	*tune = (struct servo_tune){
-		.state = SERVO_TUNE_RUNS, .distance = distance,
-		.most = most > 0 ? fmin(most, output_most) : output_most, .from = servo->position,
+		.state = SERVO_TUNE_RUNS,
+		.distance = distance,
+		.most = most > 0 ? fmin(most, output_most) : output_most,
+		.from = servo->position,
 		.begun_at = servo->position,
-		.turned_at = servo->position, .begun_ns = now_ns, .turned_ns = now_ns,
-		.rested_ns = now_ns, .step_ns = now_ns, .sign = 1,
+		.turned_at = servo->position,
+		.begun_ns = now_ns,
+		.turned_ns = now_ns,
+		.rested_ns = now_ns,
+		.step_ns = now_ns,
+		.sign = 1,
 	};
 	return true;
 }
@@ -147,9 +153,11 @@ static void take_window(struct servo_tune *tune)
 	if (first_rate * last_rate <= 0)
 		return;
 	add_equation(tune, (const double[SERVO_TUNE_TERMS]){
-		[PUSHED] = tune->output * seconds, [MOVED] = way,
-		[RUBBED] = direction * seconds, [SPED_UP] = last_rate - first_rate,
-	});
+				   [PUSHED] = tune->output * seconds,
+				   [MOVED] = way,
+				   [RUBBED] = direction * seconds,
+				   [SPED_UP] = last_rate - first_rate,
+			   });
 }
 
 /* A new reading. */
@@ -236,8 +244,7 @@ static void turn(struct servo_tune *tune, const struct servo *servo, uint64_t no
 	    (seconds < least && tune->peak >= fastest(servo) * NEARLY))
 		tune->push = fmax(tune->push / GROW, tune->least);
 	else if (seconds > least && tune->peak < fastest(servo))
-		tune->push = fmin(tune->push * (seconds > LONG_S ? GROW_SOON : GROW),
-				  tune->most);
+		tune->push = fmin(tune->push * (seconds > LONG_S ? GROW_SOON : GROW), tune->most);
 	tune->turned_rate = fabs(servo->rate);
 	tune->turned_from = servo->position;
 	tune->sign = -tune->sign;
@@ -469,7 +476,7 @@ static void note_applied(struct servo_tune *tune, bool applied, uint64_t now_ns)
 		tune->places = 0;
 	if (tune->applied)
 		return;
-	tune->applied_ns = tune->moved_ns = now_ns;	/* without voltage it may stand */
+	tune->applied_ns = tune->moved_ns = now_ns; /* without voltage it may stand */
 	tune->applied = applied;
 	if (applied)
 		note_dead(tune);

@@ -75,7 +75,9 @@ static void track_stall(struct servo *servo, double seconds)
 static void track_silence(struct servo *servo, const struct servo_way *way, double seconds)
 {
 	const double brakes = servo->wanted_acceleration * servo->wanted_rate <= 0 ?
-			      servo->config.gains.acceleration * servo->wanted_acceleration : 0;
+				      servo->config.gains.acceleration *
+					      servo->wanted_acceleration :
+				      0;
 	const double holds = servo->output - brakes;
 	const double more = fabs(holds - servo->idle_output) - servo->config.silent_output;
 

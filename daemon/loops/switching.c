@@ -21,8 +21,7 @@ bool switching_step(struct switching *output, double power, bool stop, uint64_t 
 {
 	const double seconds = output->last_ns ? (double)(now_ns - output->last_ns) / SECOND : 0;
 	const double least = fmax((double)output->least_ns / SECOND, seconds);
-	const bool may_change =
-		!output->since_ns || now_ns - output->since_ns >= output->least_ns;
+	const bool may_change = !output->since_ns || now_ns - output->since_ns >= output->least_ns;
 	bool on = output->on;
 
 	output->last_ns = now_ns;
@@ -37,8 +36,7 @@ bool switching_step(struct switching *output, double power, bool stop, uint64_t 
 		on = false;
 		output->owed = 0;
 	} else if (may_change) {
-		on = power >= 1 ||
-		     (power > 0 && (on ? output->owed > 0 : output->owed >= least));
+		on = power >= 1 || (power > 0 && (on ? output->owed > 0 : output->owed >= least));
 		if (output->on && power <= 0)
 			output->owed = fmin(output->owed, 0);
 	}

@@ -11,11 +11,11 @@
 #include <stdint.h>
 
 struct switching {
-	uint64_t least_ns;	/* on, and off; at least a step */
+	uint64_t least_ns; /* on, and off; at least a step */
 	bool on;
-	uint64_t since_ns;	/* of the last change */
-	uint64_t last_ns;	/* step; 0: none yet */
-	double owed;		/* seconds of full power */
+	uint64_t since_ns; /* of the last change */
+	uint64_t last_ns;  /* step; 0: none yet */
+	double owed;       /* seconds of full power */
 };
 
 /*

@@ -28,7 +28,7 @@ struct exporter {
 	struct export_summary *summary;
 	FILE *to;
 	size_t stored;
-	struct recorder_slot store[STORE];	/* oldest first */
+	struct recorder_slot store[STORE]; /* oldest first */
 };
 
 static uint64_t clock_ns(clockid_t clock)
@@ -60,7 +60,8 @@ static struct frame_path path_of(const struct exporter *e, const struct recorder
 {
 	const bool sent = slot->kind == RECORDER_SENT;
 	struct frame_path path = {
-		.from = sent ? slot->local : slot->peer, .to = sent ? slot->peer : slot->local,
+		.from = sent ? slot->local : slot->peer,
+		.to = sent ? slot->peer : slot->local,
 		.from_port = sent ? slot->local_port : slot->peer_port,
 		.to_port = sent ? slot->peer_port : slot->local_port,
 	};
@@ -91,10 +92,14 @@ static void put_packet(struct exporter *e, const struct recorder_slot *slot)
 	uint8_t frame[FRAME_HEAD + RECORDER_DATA];
 	char comment[128];
 	const struct pcapng_packet packet = {
-		.interface = interface_of(e, slot->device), .inbound = !sent, .outbound = sent,
+		.interface = interface_of(e, slot->device),
+		.inbound = !sent,
+		.outbound = sent,
 		.t_ns = slot->t_ns + (uint64_t)e->options->wall_ns,
 		.kept = (uint32_t)frame_make_cut(frame, &path, slot->data, kept, length),
-		.length = (uint32_t)(FRAME_HEAD + length), .data = frame, .comment = comment,
+		.length = (uint32_t)(FRAME_HEAD + length),
+		.data = frame,
+		.comment = comment,
 	};
 
 	if (slot->device >= e->file->head.devices)
@@ -108,8 +113,10 @@ static void put_entry(struct exporter *e, const struct recorder_slot *slot, int 
 		      const char *text)
 {
 	const struct pcapng_entry entry = {
-		.t_ns = slot->t_ns + (uint64_t)e->options->wall_ns, .level = level,
-		.device = name_of(e, slot->device), .text = text,
+		.t_ns = slot->t_ns + (uint64_t)e->options->wall_ns,
+		.level = level,
+		.device = name_of(e, slot->device),
+		.text = text,
 	};
 
 	pcapng_entry(e->to, &entry);
@@ -138,9 +145,11 @@ static void put_late_cycle(struct exporter *e, const struct recorder_slot *slot)
 	late = cycle.woke_ns - cycle.tick_ns;
 	if (!cycle.skipped && late < e->file->head.period_ns / 4)
 		return;
-	snprintf(text, sizeof(text), "cycle %" PRIu64 " began %" PRIu64 " us late, its data was "
-		 "out after %" PRIu64 " us; %u missed", cycle.cycle, late / 1000,
-		 (cycle.published_ns - cycle.tick_ns) / 1000, cycle.skipped);
+	snprintf(text, sizeof(text),
+		 "cycle %" PRIu64 " began %" PRIu64 " us late, its data was "
+		 "out after %" PRIu64 " us; %u missed",
+		 cycle.cycle, late / 1000, (cycle.published_ns - cycle.tick_ns) / 1000,
+		 cycle.skipped);
 	put_entry(e, slot, EVENT_INFO, text);
 }
 

@@ -10,16 +10,16 @@
 enum { EXPORT_ALL = -1 };
 
 struct export_options {
-	int device;			/* index; EXPORT_ALL */
-	const char *application;	/* who writes: "pokeysctl 0.1.0" */
-	const char *comment;		/* what it is */
-	int64_t wall_ns;		/* to add to CLOCK_MONOTONIC for ns since 1970 */
+	int device;              /* index; EXPORT_ALL */
+	const char *application; /* who writes: "pokeysctl 0.1.0" */
+	const char *comment;     /* what it is */
+	int64_t wall_ns;         /* to add to CLOCK_MONOTONIC for ns since 1970 */
 	const struct stations *stations;
 };
 
 struct export_summary {
 	uint64_t packets, events;
-	uint64_t first_ns, last_ns;	/* CLOCK_MONOTONIC; 0 = nothing was written */
+	uint64_t first_ns, last_ns; /* CLOCK_MONOTONIC; 0 = nothing was written */
 };
 
 /* What has to be added to CLOCK_MONOTONIC now. */

@@ -65,7 +65,7 @@ void pcapng_begin(FILE *to, const char *application, const char *comment)
 	put32(to, PCAPNG_BYTE_ORDER);
 	put16(to, 1);
 	put16(to, 0);
-	put32(to, UINT32_MAX);		/* the section's length is not known yet */
+	put32(to, UINT32_MAX); /* the section's length is not known yet */
 	put32(to, UINT32_MAX);
 	put_text(to, PCAPNG_COMMENT, comment);
 	put_text(to, PCAPNG_APPLICATION, application);
@@ -114,7 +114,8 @@ void pcapng_packet(FILE *to, const struct pcapng_packet *packet)
 void pcapng_entry(FILE *to, const struct pcapng_entry *entry)
 {
 	char text[2 * PCAPNG_TEXT];
-	int length = snprintf(text, sizeof(text), "__REALTIME_TIMESTAMP=%llu\nPRIORITY=%d\n"
+	int length = snprintf(text, sizeof(text),
+			      "__REALTIME_TIMESTAMP=%llu\nPRIORITY=%d\n"
 			      "SYSLOG_IDENTIFIER=pokeysd\nPOKEYS_TIME_NS=%llu\n"
 			      "POKEYS_DEVICE=%.64s\nMESSAGE=%.*s\n",
 			      (unsigned long long)entry->t_ns / 1000, entry->level,

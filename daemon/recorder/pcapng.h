@@ -13,9 +13,9 @@
 #include <stdio.h>
 
 enum {
-	PCAPNG_INTERFACES = 256,	/* of a file that is read */
-	PCAPNG_TEXT = 512,		/* of a comment, a name or a message, with its end */
-	PCAPNG_FRAME = 65535,		/* of a packet that is read */
+	PCAPNG_INTERFACES = 256, /* of a file that is read */
+	PCAPNG_TEXT = 512,       /* of a comment, a name or a message, with its end */
+	PCAPNG_FRAME = 65535,    /* of a packet that is read */
 };
 
 /* The beginning: who wrote it, and what it is. */
@@ -27,10 +27,10 @@ void pcapng_interface(FILE *to, const char *name, const char *description);
 struct pcapng_packet {
 	uint32_t interface;
 	uint64_t t_ns;
-	bool inbound, outbound;		/* neither: not known */
-	uint32_t kept, length;		/* bytes in `data`, and of the packet */
+	bool inbound, outbound; /* neither: not known */
+	uint32_t kept, length;  /* bytes in `data`, and of the packet */
 	const uint8_t *data;
-	const char *comment;		/* empty: none */
+	const char *comment; /* empty: none */
 };
 
 void pcapng_packet(FILE *to, const struct pcapng_packet *packet);
@@ -38,8 +38,8 @@ void pcapng_packet(FILE *to, const struct pcapng_packet *packet);
 /* What happened beside the packets, as an entry of the system's journal. */
 struct pcapng_entry {
 	uint64_t t_ns;
-	int level;			/* syslog's */
-	const char *device, *text;	/* device: empty = none */
+	int level;                 /* syslog's */
+	const char *device, *text; /* device: empty = none */
 };
 
 void pcapng_entry(FILE *to, const struct pcapng_entry *entry);

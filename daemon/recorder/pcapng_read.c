@@ -16,7 +16,7 @@ enum { BLOCK_MAX = 1 << 20 };
 
 struct interface {
 	bool ethernet;
-	uint64_t ticks;			/* a second */
+	uint64_t ticks; /* a second */
 	char name[PCAPNG_TEXT];
 };
 
@@ -26,8 +26,8 @@ struct reader {
 	bool swapped, begun, ended;
 	uint32_t interfaces;
 	struct interface *interface;
-	uint8_t *block;			/* a whole one, BLOCK_MAX at most */
-	uint32_t length;		/* of it */
+	uint8_t *block;  /* a whole one, BLOCK_MAX at most */
+	uint32_t length; /* of it */
 	const char *fault;
 };
 

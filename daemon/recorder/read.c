@@ -40,13 +40,13 @@ static int map(struct recorder *recorder, int fd, uint32_t slots)
 	void *memory;
 	int rc;
 
-	do {	/* a folder in memory stops for any signal */
+	do { /* a folder in memory stops for any signal */
 		rc = posix_fallocate(fd, 0, (off_t)file_size(slots));
 	} while (rc == EINTR);
 	if (rc)
 		return -rc;
-	memory = mmap(NULL, file_size(slots), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE,
-		      fd, 0);
+	memory = mmap(NULL, file_size(slots), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, fd,
+		      0);
 	if (memory == MAP_FAILED)
 		return -errno;
 	recorder->head = memory;
@@ -189,10 +189,9 @@ size_t recorder_read(const struct recorder_file *file, uint64_t *next, struct re
 		return 0;
 	if (count > written - first)
 		count = (size_t)(written - first);
-	if (count > file->head.slots - at)	/* up to the end of the file only */
+	if (count > file->head.slots - at) /* up to the end of the file only */
 		count = (size_t)(file->head.slots - at);
-	n = pread(file->fd, out, count * sizeof(*out),
-		  (off_t)(RECORDER_HEAD + at * sizeof(*out)));
+	n = pread(file->fd, out, count * sizeof(*out), (off_t)(RECORDER_HEAD + at * sizeof(*out)));
 	*next = first + count;
 	return n == (ssize_t)(count * sizeof(*out)) ? keep_whole(file, first, out, count) : 0;
 }

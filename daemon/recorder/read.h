@@ -21,7 +21,7 @@ void recorder_close(struct recorder *recorder);
 /* A file that is read, by its writer or after him. */
 struct recorder_file {
 	int fd;
-	struct recorder_head head;	/* as it was when it was opened */
+	struct recorder_head head; /* as it was when it was opened */
 };
 
 /* 0; -errno; -EPROTO with one line in `why`: it is no record of this version. */

@@ -18,7 +18,7 @@
 #include "daemon/recorder/words.h"
 #include "wire/op.h"
 
-enum { LOOK_BACK = 8192 };		/* lines; some seconds of one device */
+enum { LOOK_BACK = 8192 }; /* lines; some seconds of one device */
 
 struct loader {
 	struct replay *replay;
@@ -55,8 +55,8 @@ static void take_comment(struct replay_line *line, const char *comment)
 	const char *words;
 
 	if (line->kind == REPLAY_REQUEST) {
-		line->known = sscanf(comment, "cycle %" SCNu32 ", try %u", &line->cycle,
-				     &tries) == 2;
+		line->known = sscanf(comment, "cycle %" SCNu32 ", try %u", &line->cycle, &tries) ==
+			      2;
 		line->tries = line->known ? (uint8_t)tries : 0;
 		line->once = line->known && strstr(comment, WORDS_ONCE);
 		return;
@@ -130,8 +130,8 @@ static bool take_entry(void *context, const struct pcapng_entry *entry)
 
 static bool may_answer(const struct replay_line *line)
 {
-	return line->kept >= WIRE_AT_SUM && (!line->known ||
-					     line->verdict == POKEYS_VERDICT_ACCEPTED);
+	return line->kept >= WIRE_AT_SUM &&
+	       (!line->known || line->verdict == POKEYS_VERDICT_ACCEPTED);
 }
 
 static bool same_request(const struct replay_line *reply, const struct replay_line *request)
@@ -189,8 +189,8 @@ static void pair(struct replay *replay)
 
 		if (line->kind == REPLAY_REPLY && may_answer(line))
 			pair_reply(replay, (ptrdiff_t)i);
-		else if (line->kind == REPLAY_REQUEST && line->kept >= WIRE_AT_SUM &&
-			 line->known && line->tries > 1)
+		else if (line->kind == REPLAY_REQUEST && line->kept >= WIRE_AT_SUM && line->known &&
+			 line->tries > 1)
 			pair_try(replay, (ptrdiff_t)i);
 	}
 }
@@ -203,8 +203,7 @@ const struct replay_line *replay_first_try(const struct replay *replay,
 	return line;
 }
 
-const struct replay_line *replay_answer(const struct replay *replay,
-					const struct replay_line *line)
+const struct replay_line *replay_answer(const struct replay *replay, const struct replay_line *line)
 {
 	/* of an earlier try, if it came before the thread had looked and sent once more */
 	line = replay_first_try(replay, line);

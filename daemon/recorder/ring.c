@@ -17,7 +17,7 @@
 #include "daemon/recorder/ring.h"
 #include "wire/packet.h"
 
-enum { AUTHORISE = 0xE2, PASSWORD = 0xE3 };	/* protocol section 1.11 */
+enum { AUTHORISE = 0xE2, PASSWORD = 0xE3 }; /* protocol section 1.11 */
 
 /* All but `data`, which is written by itself. */
 #define SLOT_HEAD offsetof(struct recorder_slot, data)
@@ -60,7 +60,9 @@ void recorder_write(struct recorder *recorder, const struct recorder_slot *slot,
 void recorder_tap(void *recorder, const struct event *event)
 {
 	const struct recorder_slot slot = {
-		.t_ns = event->t_ns, .kind = RECORDER_EVENT, .device = event->device,
+		.t_ns = event->t_ns,
+		.kind = RECORDER_EVENT,
+		.device = event->device,
 		.length = sizeof(*event),
 	};
 

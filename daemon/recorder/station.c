@@ -64,8 +64,8 @@ static void read_neighbours(struct stations *stations, const char *arp)
 		struct in_addr in;
 		uint8_t mac[6];
 
-		if (sscanf(line, "%15s 0x%*x 0x%*x %2x:%2x:%2x:%2x:%2x:%2x", address, &m[0],
-			   &m[1], &m[2], &m[3], &m[4], &m[5]) != 7 ||
+		if (sscanf(line, "%15s 0x%*x 0x%*x %2x:%2x:%2x:%2x:%2x:%2x", address, &m[0], &m[1],
+			   &m[2], &m[3], &m[4], &m[5]) != 7 ||
 		    inet_pton(AF_INET, address, &in) != 1)
 			continue;
 		for (int i = 0; i < 6; i++)

@@ -11,7 +11,7 @@ enum { STATIONS = 256 };
 struct stations {
 	size_t count;
 	struct station {
-		uint32_t address;	/* IPv4, host byte order */
+		uint32_t address; /* IPv4, host byte order */
 		uint8_t mac[6];
 	} station[STATIONS];
 };

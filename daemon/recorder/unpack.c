@@ -35,12 +35,15 @@ bool unpack_frame(const uint8_t *frame, size_t size, struct unpacked *out)
 	if (length < UDP || get16(ip + 2) < header + length)
 		return false;
 	*out = (struct unpacked){
-		.from = get32(ip + 12), .to = get32(ip + 16),
-		.from_port = get16(udp), .to_port = get16(udp + 2),
-		.length = length - UDP, .data = udp + UDP,
+		.from = get32(ip + 12),
+		.to = get32(ip + 16),
+		.from_port = get16(udp),
+		.to_port = get16(udp + 2),
+		.length = length - UDP,
+		.data = udp + UDP,
 		.kept = size - ETHERNET - header - UDP,
 	};
-	if (out->kept > out->length)		/* short frames are filled up */
+	if (out->kept > out->length) /* short frames are filled up */
 		out->kept = out->length;
 	return true;
 }

@@ -8,11 +8,11 @@
 #include <stdint.h>
 
 struct unpacked {
-	uint32_t from, to;		/* IPv4, host byte order */
+	uint32_t from, to; /* IPv4, host byte order */
 	uint16_t from_port, to_port;
-	size_t length;			/* of the datagram's payload */
-	size_t kept;			/* bytes of it in `data`, at most `length` */
-	const uint8_t *data;		/* points into the frame */
+	size_t length;       /* of the datagram's payload */
+	size_t kept;         /* bytes of it in `data`, at most `length` */
+	const uint8_t *data; /* points into the frame */
 };
 
 /*

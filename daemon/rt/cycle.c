@@ -30,7 +30,9 @@ static const struct pokeys_command *read_command(struct loop *loop, uint32_t i, 
 static void tell_foreign_wish(struct loop *loop, uint32_t i)
 {
 	const struct event e = {
-		.t_ns = loop_now(loop), .code = EVENT_FOREIGN_WISH, .level = EVENT_WARNING,
+		.t_ns = loop_now(loop),
+		.code = EVENT_FOREIGN_WISH,
+		.level = EVENT_WARNING,
 		.device = (uint8_t)i,
 	};
 
@@ -51,8 +53,7 @@ static void read_wish(struct loop *loop, uint32_t i)
 		tell_foreign_wish(loop, i);
 		return;
 	}
-	if (rc != 1 ||
-	    (wish->session == m->wish_session && wish->generation == m->wish_generation))
+	if (rc != 1 || (wish->session == m->wish_session && wish->generation == m->wish_generation))
 		return;
 	m->wish_session = wish->session;
 	m->wish_generation = wish->generation;

@@ -27,8 +27,11 @@ static void tell_aim(struct loop *loop, uint32_t i, int rc, uint64_t now_ns)
 {
 	struct loop_member *m = &loop->own->member[i];
 	const struct event e = {
-		.t_ns = now_ns, .code = EVENT_TRANSPORT, .level = EVENT_WARNING,
-		.device = (uint8_t)i, .a = rc,
+		.t_ns = now_ns,
+		.code = EVENT_TRANSPORT,
+		.level = EVENT_WARNING,
+		.device = (uint8_t)i,
+		.a = rc,
 	};
 
 	if (rc < 0 && rc != m->aim_error)
@@ -40,7 +43,8 @@ static void aim(struct loop *loop, uint32_t i, uint64_t now_ns)
 {
 	struct loop_member *m = &loop->own->member[i];
 	const struct transport_address to = {
-		.address = (uint32_t)(m->address >> 16), .port = (uint16_t)m->address,
+		.address = (uint32_t)(m->address >> 16),
+		.port = (uint16_t)m->address,
 		.interface = (uint16_t)(m->address >> 48),
 	};
 	int rc = loop->transport->ops->aim(loop->transport, i, &to);

@@ -60,8 +60,8 @@ int loop_sample_faults(struct loop *loop)
 	if (rc < 0)
 		return rc;
 	rest = strrchr(text, ')');
-	if (!rest || sscanf(rest, ") %*c %*d %*d %*d %*d %*d %*u %" SCNu64 " %*u %" SCNu64,
-			    &minor, &major) != 2)
+	if (!rest || sscanf(rest, ") %*c %*d %*d %*d %*d %*d %*u %" SCNu64 " %*u %" SCNu64, &minor,
+			    &major) != 2)
 		return -EPROTO;
 	atomic_store(&loop->shared.minor_faults, minor - loop->own->minor_before);
 	atomic_store(&loop->shared.major_faults, major - loop->own->major_before);

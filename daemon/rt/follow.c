@@ -58,7 +58,8 @@ void follow_command(struct loop *loop, uint32_t i, const struct pokeys_command *
 	reads->fresh = true;
 	reads->seen_ns = now;
 	reads->stamp = (struct phase_stamp){
-		.read_ns = command->t_thread_ns, .write_ns = command->t_ns,
+		.read_ns = command->t_thread_ns,
+		.write_ns = command->t_ns,
 		.period_ns = command->period_ns,
 	};
 }
@@ -72,8 +73,8 @@ static bool lives(const struct loop *loop, uint32_t i)
 
 static bool can_be_master(const struct loop *loop, uint32_t i)
 {
-	return lives(loop, i) && phase_fits(&loop->own->follow.phase,
-					    loop->own->member[i].reads.stamp.period_ns);
+	return lives(loop, i) &&
+	       phase_fits(&loop->own->follow.phase, loop->own->member[i].reads.stamp.period_ns);
 }
 
 /* The one of before if it still can be; *any tells whether anybody lives. */
@@ -150,8 +151,12 @@ static void tell(struct loop *loop, uint8_t before)
 	struct loop_follow *follow = &loop->own->follow;
 	uint64_t now = loop->own->now_ns;
 	struct event e = {
-		.t_ns = now, .code = EVENT_PHASE, .device = 255, .a = follow->state,
-		.b = (int64_t)period_of_commander(loop), .c = (int64_t)follow->phase.jitter_ns,
+		.t_ns = now,
+		.code = EVENT_PHASE,
+		.device = 255,
+		.a = follow->state,
+		.b = (int64_t)period_of_commander(loop),
+		.c = (int64_t)follow->phase.jitter_ns,
 	};
 
 	if (follow->state != before)
@@ -160,8 +165,10 @@ static void tell(struct loop *loop, uint8_t before)
 	    (follow->state == POKEYS_PHASE_SEEKING && now - follow->changed_ns < SEEKING_NS))
 		return;
 	e.level = loop->options.phase_lock == LOOP_PHASE_YES &&
-		  (follow->state == POKEYS_PHASE_UNFIT || follow->state == POKEYS_PHASE_SEEKING) ?
-		  EVENT_WARNING : EVENT_INFO;
+				  (follow->state == POKEYS_PHASE_UNFIT ||
+				   follow->state == POKEYS_PHASE_SEEKING) ?
+			  EVENT_WARNING :
+			  EVENT_INFO;
 	event_push(&loop->events, &e);
 	follow->told = follow->state;
 	follow->told_ns = now;
@@ -188,8 +195,11 @@ void follow_show(const struct loop *loop, struct pokeys_phase *out)
 	const bool following = follow->master != NO_MASTER;
 
 	*out = (struct pokeys_phase){
-		.state = follow->state, .master = follow->master, .losses = phase->losses,
-		.error_ns = phase->error_ns, .jitter_ns = (uint32_t)phase->jitter_ns,
+		.state = follow->state,
+		.master = follow->master,
+		.losses = phase->losses,
+		.error_ns = phase->error_ns,
+		.jitter_ns = (uint32_t)phase->jitter_ns,
 		.lead_ns = following ? (uint32_t)phase_lead(phase) : 0,
 		.period_ns = (uint32_t)phase->period_ns,
 	};

@@ -9,7 +9,7 @@
 /* The clock as the loop uses it; tests put another one in its place. */
 struct loop_clock {
 	uint64_t (*now)(void *context);
-	uint64_t (*boot)(void *context);	/* goes on while the machine is suspended */
+	uint64_t (*boot)(void *context); /* goes on while the machine is suspended */
 	void (*sleep_until)(void *context, uint64_t until_ns);
 	void *context;
 };
@@ -17,37 +17,37 @@ struct loop_clock {
 /* See suspend.c. */
 struct loop_suspend {
 	bool begun;
-	int64_t gained_ns;		/* CLOCK_BOOTTIME over CLOCK_MONOTONIC, or a little more */
+	int64_t gained_ns; /* CLOCK_BOOTTIME over CLOCK_MONOTONIC, or a little more */
 };
 
 /* When a device's commander has read, as it says. */
 struct loop_reads {
-	uint64_t heartbeat;		/* of the image that was looked at */
-	uint64_t seen_ns;		/* when that was new; 0 = none was */
+	uint64_t heartbeat; /* of the image that was looked at */
+	uint64_t seen_ns;   /* when that was new; 0 = none was */
 	struct phase_stamp stamp;
-	bool fresh;			/* new in this cycle */
+	bool fresh; /* new in this cycle */
 };
 
 /* Whom the cycle follows: see follow.c. */
 struct loop_follow {
 	struct phase phase;
-	uint8_t state;			/* enum pokeys_phase_state */
-	uint8_t master;			/* device, 255 none */
-	uint64_t cost_ns;		/* tick to published, of the cycle before; 0 = not known */
-	uint64_t last_tick_ns;		/* ... and its tick */
-	uint64_t changed_ns;		/* when state changed */
-	uint8_t told;			/* state of the last event */
+	uint8_t state;         /* enum pokeys_phase_state */
+	uint8_t master;        /* device, 255 none */
+	uint64_t cost_ns;      /* tick to published, of the cycle before; 0 = not known */
+	uint64_t last_tick_ns; /* ... and its tick */
+	uint64_t changed_ns;   /* when state changed */
+	uint8_t told;          /* state of the last event */
 	uint64_t told_ns;
 };
 
 /* What the loop keeps of each device. */
 struct loop_member {
-	uint64_t address;		/* as in shared.address when it was last looked at */
-	uint64_t aim_after_ns;		/* a failed aim is not repeated before */
-	int aim_error;			/* told in an event */
+	uint64_t address;      /* as in shared.address when it was last looked at */
+	uint64_t aim_after_ns; /* a failed aim is not repeated before */
+	int aim_error;         /* told in an event */
 	bool aimed;
-	uint8_t link, fault;		/* as published last */
-	uint32_t wish_session, wish_generation;	/* of the wish that the device has */
+	uint8_t link, fault;                    /* as published last */
+	uint32_t wish_session, wish_generation; /* of the wish that the device has */
 	struct loop_reads reads;
 	struct pokeys_command command;
 	struct pokeys_wish wish;
@@ -57,27 +57,27 @@ struct loop_member {
 
 struct loop_private {
 	struct loop_clock clock;
-	uint64_t window_ns;		/* part of the period for collecting */
-	uint64_t spin_ns, lead_ns;	/* spin mode: spin so long after a tick, and before it */
-	uint64_t diag_cycles;		/* cycles between two diagnostic images of a device */
+	uint64_t window_ns;        /* part of the period for collecting */
+	uint64_t spin_ns, lead_ns; /* spin mode: spin so long after a tick, and before it */
+	uint64_t diag_cycles;      /* cycles between two diagnostic images of a device */
 
-	uint64_t tick_ns;		/* of the running cycle, while serving of the next one */
-	uint64_t began_ns;		/* tick of the running cycle */
+	uint64_t tick_ns;  /* of the running cycle, while serving of the next one */
+	uint64_t began_ns; /* tick of the running cycle */
 	uint64_t cycle;
-	uint64_t now_ns;		/* as it was read last */
+	uint64_t now_ns; /* as it was read last */
 	uint64_t checked_ns;
-	uint64_t pending;		/* bit = not published yet in this cycle */
+	uint64_t pending; /* bit = not published yet in this cycle */
 	bool stopping;
 	uint64_t stop_ns;
-	uint64_t minor_before, major_before;	/* page faults before the first cycle */
-	uint64_t sleeps;		/* system calls of the loop itself */
+	uint64_t minor_before, major_before; /* page faults before the first cycle */
+	uint64_t sleeps;                     /* system calls of the loop itself */
 	uint64_t skipped, skipped_told, skipped_told_ns;
 	struct pokeys_histogram wakeup, publish, work;
-	uint64_t fresh_ns;		/* when the last commanded device was published whole */
-	bool incomplete;		/* ... one of them was not */
+	uint64_t fresh_ns; /* when the last commanded device was published whole */
+	bool incomplete;   /* ... one of them was not */
 	struct loop_follow follow;
 	struct loop_suspend suspend;
-	struct recorder_cycle points;	/* of the running cycle */
+	struct recorder_cycle points; /* of the running cycle */
 	struct loop_member member[TRANSPORT_CHANNELS];
 };
 

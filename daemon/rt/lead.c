@@ -14,7 +14,7 @@
 #include <string.h>
 #include "daemon/rt/lead.h"
 
-enum { WALK_EVERY = 32, LATE_IN = 200 };	/* one cycle in 200 may be later */
+enum { WALK_EVERY = 32, LATE_IN = 200 }; /* one cycle in 200 may be later */
 
 void lead_init(struct lead *lead, uint64_t range_ns)
 {

@@ -8,11 +8,11 @@
 enum { LEAD_BUCKETS = 256, LEAD_SAMPLES = 2048 };
 
 struct lead {
-	uint64_t width_ns;		/* of a bucket */
-	uint32_t count, count_before;	/* samples in this half and in the one before */
-	uint64_t value_ns;		/* the quantile, as it was computed last */
+	uint64_t width_ns;            /* of a bucket */
+	uint32_t count, count_before; /* samples in this half and in the one before */
+	uint64_t value_ns;            /* the quantile, as it was computed last */
 	uint16_t bucket[2][LEAD_BUCKETS];
-	uint8_t half;			/* which one is being filled */
+	uint8_t half; /* which one is being filled */
 };
 
 /* Nothing is known; samples up to `range_ns` are told apart. Any thread. */

@@ -29,8 +29,8 @@ static bool valid(const struct loop *loop)
 
 	return o->period_ns >= PERIOD_MIN_NS && o->period_ns <= PERIOD_MAX_NS &&
 	       o->collect >= 0.1 && o->collect <= 0.9 &&
-	       (o->mode == LOOP_SLEEP || (o->duty >= 0.1 && o->duty <= 1.0)) &&
-	       loop->count >= 1 && loop->count <= TRANSPORT_CHANNELS;
+	       (o->mode == LOOP_SLEEP || (o->duty >= 0.1 && o->duty <= 1.0)) && loop->count >= 1 &&
+	       loop->count <= TRANSPORT_CHANNELS;
 }
 
 int loop_prepare(struct loop *loop)
@@ -115,8 +115,11 @@ static bool finished(struct loop *loop)
 static int give_up(struct loop *loop, int rc)
 {
 	const struct event e = {
-		.t_ns = loop_now(loop), .code = EVENT_TRANSPORT, .level = EVENT_ERROR,
-		.device = 255, .a = rc,
+		.t_ns = loop_now(loop),
+		.code = EVENT_TRANSPORT,
+		.level = EVENT_ERROR,
+		.device = 255,
+		.a = rc,
 	};
 
 	event_push(&loop->events, &e);

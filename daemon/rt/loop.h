@@ -25,9 +25,9 @@ enum loop_mode { LOOP_SLEEP, LOOP_SPIN };
 enum loop_phase_lock { LOOP_PHASE_NO, LOOP_PHASE_AUTO, LOOP_PHASE_YES };
 
 struct loop_options {
-	uint64_t period_ns;		/* 250 us .. 4 ms */
+	uint64_t period_ns; /* 250 us .. 4 ms */
 	enum loop_mode mode;
-	double collect;			/* part of the period to await fast replies, 0.1 .. 0.9 */
+	double collect; /* part of the period to await fast replies, 0.1 .. 0.9 */
 	/*
 	 * spin: most of a period to spend running, 0.1 .. 0.9; 1 = throttling
 	 * is off. Lowered to what the kernel's throttling leaves (realtime.h).
@@ -38,20 +38,20 @@ struct loop_options {
 
 /* How control and loop talk: everything here is atomic, single writer. */
 struct loop_shared {
-	_Atomic bool stop;		/* control: bring devices to the safe state, then end */
-	_Atomic bool ended;		/* loop: it has */
-	_Atomic uint64_t cycles;	/* loop: cycles done */
+	_Atomic bool stop;       /* control: bring devices to the safe state, then end */
+	_Atomic bool ended;      /* loop: it has */
+	_Atomic uint64_t cycles; /* loop: cycles done */
 	_Atomic uint64_t skipped;
-	_Atomic uint64_t address[TRANSPORT_CHANNELS];	/* control: as in finder.h, 0 = none */
-	_Atomic uint64_t in_use;	/* control: bit = somebody else drives this device */
-	_Atomic uint64_t wanted;	/* loop: bit = this device wants an address */
-	_Atomic uint32_t link[TRANSPORT_CHANNELS];	/* loop: enum pokeys_link */
-	_Atomic uint64_t notify;	/* loop: bit = news for the listeners of this device */
-	_Atomic uint32_t flags;		/* control: POKEYS_STATE_REALTIME, _FALLBACK, _GUARD,
-					 * to publish */
-	_Atomic int32_t thread;		/* loop: its thread id, 0 = has not begun */
-	_Atomic uint64_t guard_passed, guard_dropped;	/* control: to publish */
-	_Atomic uint64_t minor_faults, major_faults;	/* loop_sample_faults: since it began */
+	_Atomic uint64_t address[TRANSPORT_CHANNELS]; /* control: as in finder.h, 0 = none */
+	_Atomic uint64_t in_use; /* control: bit = somebody else drives this device */
+	_Atomic uint64_t wanted; /* loop: bit = this device wants an address */
+	_Atomic uint32_t link[TRANSPORT_CHANNELS]; /* loop: enum pokeys_link */
+	_Atomic uint64_t notify; /* loop: bit = news for the listeners of this device */
+	_Atomic uint32_t flags;  /* control: POKEYS_STATE_REALTIME, _FALLBACK, _GUARD,
+				  * to publish */
+	_Atomic int32_t thread;  /* loop: its thread id, 0 = has not begun */
+	_Atomic uint64_t guard_passed, guard_dropped; /* control: to publish */
+	_Atomic uint64_t minor_faults, major_faults;  /* loop_sample_faults: since it began */
 };
 
 struct loop_device {
@@ -67,20 +67,20 @@ struct loop_port {
 
 /* What somebody at a terminal wants of a device. */
 struct loop_order {
-	uint32_t id;			/* the giver's own */
-	uint8_t device;			/* index */
-	uint8_t what;			/* enum device_order */
-	bool replace;			/* first put `settings` in pokeysd.conf's place */
-	int result;			/* of device_order() */
+	uint32_t id;    /* the giver's own */
+	uint8_t device; /* index */
+	uint8_t what;   /* enum device_order */
+	bool replace;   /* first put `settings` in pokeysd.conf's place */
+	int result;     /* of device_order() */
 	struct pokeys_settings settings;
 };
 
-enum { LOOP_ORDERS = 128 };	/* a reload is one for each device; a power of 2 */
+enum { LOOP_ORDERS = 128 }; /* a reload is one for each device; a power of 2 */
 
 struct loop_orders {
-	_Atomic uint32_t given;		/* control */
-	_Atomic uint32_t done;		/* loop */
-	uint32_t taken;			/* control's own: results */
+	_Atomic uint32_t given; /* control */
+	_Atomic uint32_t done;  /* loop */
+	uint32_t taken;         /* control's own: results */
 	struct loop_order slot[LOOP_ORDERS];
 };
 
@@ -88,7 +88,7 @@ struct loop {
 	struct loop_options options;
 	struct loop_shared shared;
 	struct event_ring events;
-	struct recorder recorder;	/* all zero = nothing is recorded */
+	struct recorder recorder; /* all zero = nothing is recorded */
 	struct loop_orders orders;
 	struct transport *transport;
 	struct loop_device devices[TRANSPORT_CHANNELS];

@@ -53,7 +53,8 @@ static uint64_t clock_boot(void *context)
 static void clock_sleep_until(void *context, uint64_t until_ns)
 {
 	const struct timespec t = {
-		(time_t)(until_ns / 1000000000u), (long)(until_ns % 1000000000u),
+		(time_t)(until_ns / 1000000000u),
+		(long)(until_ns % 1000000000u),
 	};
 
 	(void)context;
@@ -153,7 +154,10 @@ static void tell_skipped(struct loop *loop, uint64_t now)
 {
 	struct loop_private *own = loop->own;
 	struct event e = {
-		.t_ns = now, .code = EVENT_CYCLE_SKIPPED, .level = EVENT_WARNING, .device = 255,
+		.t_ns = now,
+		.code = EVENT_CYCLE_SKIPPED,
+		.level = EVENT_WARNING,
+		.device = 255,
 		.a = (int64_t)(own->skipped - own->skipped_told),
 	};
 
@@ -173,7 +177,7 @@ uint64_t pace_await_tick(struct loop *loop)
 	do {
 		serve(loop, own->tick_ns);
 		now = loop_now(loop);
-		if (now < own->tick_ns)		/* the transport has failed */
+		if (now < own->tick_ns) /* the transport has failed */
 			now = own->tick_ns;
 		if (first)
 			histogram_add(&own->wakeup, now - own->tick_ns);

@@ -148,17 +148,16 @@ void phase_read(struct phase *phase, const struct phase_stamp *stamp, uint64_t t
 	double off;
 
 	phase->write_ns = stamp->write_ns - stamp->read_ns;
-	if (stamp->period_ns != phase->thread_ns ||
-	    stamp->read_ns - phase->read_ns > SILENT_NS) {
+	if (stamp->period_ns != phase->thread_ns || stamp->read_ns - phase->read_ns > SILENT_NS) {
 		begin(phase, stamp->read_ns, stamp->period_ns);
 		return;
 	}
 	off = track(phase, stamp->read_ns);
 	judge(phase, off);
-	if (!phase->quality)	/* then the newest read is as good a beginning as any */
+	if (!phase->quality) /* then the newest read is as good a beginning as any */
 		begin(phase, stamp->read_ns, stamp->period_ns);
 	phase->error_ns = (int32_t)lround(wrap(phase, (double)(int64_t)(stamp->read_ns - tick_ns) -
-						      (double)phase_lead(phase)));
+							      (double)phase_lead(phase)));
 	if (cost_ns && phase->locked)
 		lead_add(&phase->lead, (int64_t)cost_ns - llround(wrap(phase, off)));
 }

@@ -12,26 +12,26 @@
 
 /* What a commander says of its thread. */
 struct phase_stamp {
-	uint64_t read_ns;		/* it has read the state */
-	uint64_t write_ns;		/* ... and written its command, not before that */
+	uint64_t read_ns;  /* it has read the state */
+	uint64_t write_ns; /* ... and written its command, not before that */
 	uint64_t period_ns;
 };
 
 struct phase {
-	uint64_t nominal_ns;		/* the cycle, of pokeysd.conf */
+	uint64_t nominal_ns; /* the cycle, of pokeysd.conf */
 	bool locked;
-	uint32_t losses;		/* times it was lost */
-	int32_t error_ns;		/* last read: how much later than the cycle was laid for */
-	double jitter_ns;		/* of the reads, mean deviation from what was expected */
-	uint64_t period_ns;		/* from the tick before to the next one */
+	uint32_t losses;    /* times it was lost */
+	int32_t error_ns;   /* last read: how much later than the cycle was laid for */
+	double jitter_ns;   /* of the reads, mean deviation from what was expected */
+	uint64_t period_ns; /* from the tick before to the next one */
 
-	uint64_t thread_ns;		/* the commander's period, as it says; 0 = none yet */
-	double drift_ns;		/* ... and how much longer it is */
-	double ratio;			/* of a cycle to that period: n or 1 / n */
-	uint64_t read_ns;		/* the last read */
-	uint64_t expected_ns;		/* when it should have been */
-	uint64_t write_ns;		/* from that read to the command that came of it */
-	int32_t quality;		/* rises with reads that come as expected */
+	uint64_t thread_ns;   /* the commander's period, as it says; 0 = none yet */
+	double drift_ns;      /* ... and how much longer it is */
+	double ratio;         /* of a cycle to that period: n or 1 / n */
+	uint64_t read_ns;     /* the last read */
+	uint64_t expected_ns; /* when it should have been */
+	uint64_t write_ns;    /* from that read to the command that came of it */
+	int32_t quality;      /* rises with reads that come as expected */
 	struct lead lead;
 };
 

@@ -11,15 +11,19 @@
 #include "daemon/rt/internal.h"
 #include "daemon/rt/probes.h"
 
-enum { AT_OPERATION = 1, AT_SUB = 2, AT_ID = 6 };	/* protocol section 1.2 */
+enum { AT_OPERATION = 1, AT_SUB = 2, AT_ID = 6 }; /* protocol section 1.2 */
 
 void point_woke(struct loop *loop, uint64_t tick_ns, uint64_t woke_ns, uint64_t skipped)
 {
 	struct loop_private *own = loop->own;
 
 	own->points = (struct recorder_cycle){
-		.cycle = own->cycle, .tick_ns = tick_ns, .woke_ns = woke_ns, .asked_ns = woke_ns,
-		.published_ns = woke_ns, .skipped = (uint32_t)skipped,
+		.cycle = own->cycle,
+		.tick_ns = tick_ns,
+		.woke_ns = woke_ns,
+		.asked_ns = woke_ns,
+		.published_ns = woke_ns,
+		.skipped = (uint32_t)skipped,
 	};
 	PROBE3(wakeup, own->cycle, tick_ns, woke_ns);
 	if (skipped)
@@ -37,9 +41,14 @@ void point_sent(struct loop *loop, uint32_t channel, const uint8_t *packet, size
 		.t_ns = own->now_ns,
 		.peer = (uint32_t)(own->member[channel].address >> 16),
 		.peer_port = (uint16_t)own->member[channel].address,
-		.local = local->address, .local_port = local->port, .length = (uint16_t)length,
-		.kind = RECORDER_SENT, .device = (uint8_t)channel, .tries = tries,
-		.once = entry->once, .cycle = (uint32_t)own->cycle,
+		.local = local->address,
+		.local_port = local->port,
+		.length = (uint16_t)length,
+		.kind = RECORDER_SENT,
+		.device = (uint8_t)channel,
+		.tries = tries,
+		.once = entry->once,
+		.cycle = (uint32_t)own->cycle,
 	};
 
 	recorder_write(&loop->recorder, &slot, packet, length);
@@ -57,12 +66,18 @@ void point_received(struct loop *loop, const struct transport_packet *p, uint64_
 	const mailbox_entry_t *entry = &mailbox->mailbox[p->length > AT_ID ? p->data[AT_ID] : 0];
 	const bool stamped = p->t_ns && p->t_ns <= now_ns;
 	const struct recorder_slot slot = {
-		.t_ns = stamped ? p->t_ns : now_ns, .taken_ns = now_ns, .stamped = stamped,
-		.peer = p->address, .peer_port = p->port,
-		.local = local->address, .local_port = local->port,
+		.t_ns = stamped ? p->t_ns : now_ns,
+		.taken_ns = now_ns,
+		.stamped = stamped,
+		.peer = p->address,
+		.peer_port = p->port,
+		.local = local->address,
+		.local_port = local->port,
 		.length = (uint16_t)(p->length < UINT16_MAX ? p->length : UINT16_MAX),
-		.kind = RECORDER_RECEIVED, .device = (uint8_t)p->channel,
-		.verdict = mailbox->verdict, .cycle = (uint32_t)loop->own->cycle,
+		.kind = RECORDER_RECEIVED,
+		.device = (uint8_t)p->channel,
+		.verdict = mailbox->verdict,
+		.cycle = (uint32_t)loop->own->cycle,
 	};
 
 	recorder_write(&loop->recorder, &slot, p->data, p->length);
@@ -80,8 +95,11 @@ void point_ended(struct loop *loop, uint64_t end_ns)
 {
 	struct loop_private *own = loop->own;
 	const struct recorder_slot slot = {
-		.t_ns = end_ns, .length = sizeof(own->points), .kind = RECORDER_CYCLE,
-		.device = 255, .cycle = (uint32_t)own->cycle,
+		.t_ns = end_ns,
+		.length = sizeof(own->points),
+		.kind = RECORDER_CYCLE,
+		.device = 255,
+		.cycle = (uint32_t)own->cycle,
 	};
 
 	own->points.end_ns = end_ns;

@@ -72,7 +72,7 @@ void publish_state(struct loop *loop, uint32_t i)
 	histogram_add(&own->publish, done - now);
 	follow_published(loop, i, done);
 	point_published(loop, i, now, done);
-	shm_device_mirror(shm);		/* the commander has its image already */
+	shm_device_mirror(shm); /* the commander has its image already */
 }
 
 void publish_states(struct loop *loop, uint64_t mask)
@@ -95,8 +95,7 @@ void publish_prepare(struct loop *loop)
 void publish_complete(struct loop *loop)
 {
 	for (uint32_t i = 0; i < loop->count; i++)
-		if (loop->own->pending >> i & 1 &&
-		    device_fast_complete(loop->devices[i].device))
+		if (loop->own->pending >> i & 1 && device_fast_complete(loop->devices[i].device))
 			publish_state(loop, i);
 }
 
@@ -111,8 +110,8 @@ static void put_transport(const struct loop *loop, struct pokeys_diag *diag)
 	diag->transport_no_buffers = s->no_buffers;
 	diag->transport_overflow = s->overflow;
 	diag->transport_truncated = s->truncated;
-	strncpy(diag->transport, atomic_load_explicit(&loop->transport->title,
-						      memory_order_relaxed),
+	strncpy(diag->transport,
+		atomic_load_explicit(&loop->transport->title, memory_order_relaxed),
 		sizeof diag->transport - 1);
 }
 

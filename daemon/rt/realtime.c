@@ -31,12 +31,14 @@
 #include "daemon/rt/realtime.h"
 
 enum {
-	ROOM = 32 << 20,	/* what is still to come: stacks, rings, shared memory */
+	ROOM = 32 << 20, /* what is still to come: stacks, rings, shared memory */
 	HEAP = 1 << 20,
-	STACK = 64 << 10,	/* of the 256 KiB that the realtime thread has */
+	STACK = 64 << 10, /* of the 256 KiB that the realtime thread has */
 };
 
-__attribute__((format(printf, 4, 5)))
+static int refuse(int rc, char *why, size_t size, const char *format, ...)
+	__attribute__((format(printf, 4, 5)));
+
 static int refuse(int rc, char *why, size_t size, const char *format, ...)
 {
 	va_list arguments;
@@ -83,9 +85,11 @@ static int limit_refused(int rc, char *why, size_t size)
 	getrlimit(RLIMIT_MEMLOCK, &limit);
 	if (limit.rlim_cur == RLIM_INFINITY)
 		return refuse(rc, why, size, "memory cannot be locked: %s", strerror(-rc));
-	return refuse(rc, why, size, "memory cannot be locked: the limit is %llu KiB; set "
+	return refuse(rc, why, size,
+		      "memory cannot be locked: the limit is %llu KiB; set "
 		      "LimitMEMLOCK=infinity in the unit (or ulimit -l unlimited, or give "
-		      "CAP_IPC_LOCK)", (unsigned long long)limit.rlim_cur / 1024);
+		      "CAP_IPC_LOCK)",
+		      (unsigned long long)limit.rlim_cur / 1024);
 }
 
 int realtime_lock_memory(char *why, size_t size)
@@ -117,24 +121,28 @@ static int pin(int cpu, char *why, size_t size)
 		CPU_SET((size_t)cpu, &set);
 	if (sched_setaffinity(0, sizeof set, &set) == 0)
 		return 0;
-	return refuse(-errno, why, size, "the realtime thread cannot be pinned to core %d: %s; "
-		      "the machine has cores 0 to %ld, and a cpuset may allow fewer", cpu,
-		      strerror(errno), sysconf(_SC_NPROCESSORS_CONF) - 1);
+	return refuse(-errno, why, size,
+		      "the realtime thread cannot be pinned to core %d: %s; "
+		      "the machine has cores 0 to %ld, and a cpuset may allow fewer",
+		      cpu, strerror(errno), sysconf(_SC_NPROCESSORS_CONF) - 1);
 }
 
 static int priority_refused(int rc, int priority, char *why, size_t size)
 {
 	char path[512];
 
-	if (rc == -EPERM && cgroup_forbids_realtime("/proc/self/cgroup", "/sys/fs/cgroup", path,
-						    sizeof path))
-		return refuse(rc, why, size, "SCHED_FIFO is refused: this process is in a cgroup "
+	if (rc == -EPERM &&
+	    cgroup_forbids_realtime("/proc/self/cgroup", "/sys/fs/cgroup", path, sizeof path))
+		return refuse(rc, why, size,
+			      "SCHED_FIFO is refused: this process is in a cgroup "
 			      "without realtime time; write a budget (950000) into %s and into "
-			      "those above it, or start the daemon in the top group", path);
+			      "those above it, or start the daemon in the top group",
+			      path);
 	if (rc == -EPERM)
-		return refuse(rc, why, size, "SCHED_FIFO priority %d is refused; give "
-			      "CAP_SYS_NICE, or set LimitRTPRIO=%d in the unit", priority,
-			      priority);
+		return refuse(rc, why, size,
+			      "SCHED_FIFO priority %d is refused; give "
+			      "CAP_SYS_NICE, or set LimitRTPRIO=%d in the unit",
+			      priority, priority);
 	return refuse(rc, why, size, "SCHED_FIFO priority %d is refused: %s", priority,
 		      strerror(-rc));
 }

@@ -10,9 +10,9 @@
 #include <stddef.h>
 
 struct realtime_options {
-	int priority;			/* SCHED_FIFO 1..98 */
-	int cpu;			/* core to pin to, -1 = none */
-	bool required;			/* false: go on without, and say so */
+	int priority;  /* SCHED_FIFO 1..98 */
+	int cpu;       /* core to pin to, -1 = none */
+	bool required; /* false: go on without, and say so */
 };
 
 /*

@@ -30,7 +30,10 @@ static int64_t smaller(int64_t a, int64_t b)
 static void tell(struct loop *loop, uint64_t now_ns, int64_t slept_ns)
 {
 	const struct event e = {
-		.t_ns = now_ns, .code = EVENT_SUSPENDED, .level = EVENT_WARNING, .device = 255,
+		.t_ns = now_ns,
+		.code = EVENT_SUSPENDED,
+		.level = EVENT_WARNING,
+		.device = 255,
 		.a = slept_ns / 1000000,
 	};
 
@@ -46,7 +49,8 @@ void suspend_look(struct loop *loop, uint64_t now_ns)
 	const int64_t slept = suspend->begun ? least - suspend->gained_ns : 0;
 
 	suspend->gained_ns = suspend->begun && slept < LEAST_NS ?
-			     smaller(suspend->gained_ns, most) : most;
+				     smaller(suspend->gained_ns, most) :
+				     most;
 	suspend->begun = true;
 	if (slept < LEAST_NS)
 		return;

@@ -21,7 +21,7 @@ struct list {
 	struct own_address *out;
 	size_t room, count;
 	unsigned int only;
-	int flags_fd;			/* any socket: asks for an interface's flags */
+	int flags_fd; /* any socket: asks for an interface's flags */
 };
 
 static int ask(int fd)
@@ -51,8 +51,7 @@ static unsigned int flags_of(const struct list *list, unsigned int index)
 }
 
 /* `network` is any address of it: for a point-to-point interface, the other end's. */
-static void add(struct list *list, const struct ifaddrmsg *from, uint32_t address,
-		uint32_t network)
+static void add(struct list *list, const struct ifaddrmsg *from, uint32_t address, uint32_t network)
 {
 	const unsigned int flags = flags_of(list, from->ifa_index);
 	const uint32_t hosts = from->ifa_prefixlen < 32 ? UINT32_MAX >> from->ifa_prefixlen : 0;
@@ -99,7 +98,7 @@ static int read_some(int fd, struct list *list)
 		return -errno;
 	for (size_t left = (size_t)length; NLMSG_OK(head, left); head = NLMSG_NEXT(head, left)) {
 		if (head->nlmsg_flags & NLM_F_DUMP_INTR)
-			return -EINTR;	/* the list has changed while it was read */
+			return -EINTR; /* the list has changed while it was read */
 		if (head->nlmsg_type == NLMSG_DONE)
 			return 1;
 		if (head->nlmsg_type == NLMSG_ERROR)

@@ -13,12 +13,12 @@
 enum { ADDRESSES_OWN_MAX = 256 };
 
 struct own_address {
-	uint32_t address;		/* host byte order */
-	uint32_t broadcast;		/* of its network; 0 = it has none (/31, /32) */
-	unsigned int interface;		/* index */
-	uint8_t prefix;			/* length of its network's, bits */
+	uint32_t address;       /* host byte order */
+	uint32_t broadcast;     /* of its network; 0 = it has none (/31, /32) */
+	unsigned int interface; /* index */
+	uint8_t prefix;         /* length of its network's, bits */
 	bool loopback;
-	bool broadcasts;		/* the interface can send them */
+	bool broadcasts; /* the interface can send them */
 };
 
 /*

@@ -38,7 +38,7 @@ struct seen {
 
 struct search {
 	int fd;
-	int wire;			/* what comes in before the firewall; -errno */
+	int wire; /* what comes in before the firewall; -errno */
 	int count;
 	struct own_address own[ADDRESSES_OWN_MAX];
 	struct seen heard, on_the_wire;
@@ -61,7 +61,7 @@ static void see(struct seen *seen, uint32_t address)
 
 static int open_socket(const char *interface)
 {
-	const struct sockaddr_in any = { .sin_family = AF_INET };	/* at a port from now on */
+	const struct sockaddr_in any = { .sin_family = AF_INET }; /* at a port from now on */
 	int on = 1, rc;
 	int fd = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, IPPROTO_UDP);
 
@@ -130,7 +130,8 @@ static void note(struct discovery_report *report, const struct own_address *own,
 {
 	if (report && !own->loopback)
 		report->network[report->networks++] = (struct discovery_network){
-			.own = *own, .error = error,
+			.own = *own,
+			.error = error,
 		};
 }
 
@@ -218,8 +219,12 @@ static int take(struct search *search, discovery_found_t found, void *context)
 	struct sockaddr_in source = { 0 };
 	struct iovec part = { .iov_base = data, .iov_len = sizeof(data) };
 	struct msghdr message = {
-		.msg_name = &source, .msg_namelen = sizeof(source), .msg_iov = &part,
-		.msg_iovlen = 1, .msg_control = control, .msg_controllen = sizeof(control),
+		.msg_name = &source,
+		.msg_namelen = sizeof(source),
+		.msg_iov = &part,
+		.msg_iovlen = 1,
+		.msg_control = control,
+		.msg_controllen = sizeof(control),
 	};
 	const ssize_t n = recvmsg(search->fd, &message, 0);
 	struct transport_address from;
@@ -229,7 +234,8 @@ static int take(struct search *search, discovery_found_t found, void *context)
 		return 0;
 	info = arrival(&message);
 	from = (struct transport_address){
-		.address = ntohl(source.sin_addr.s_addr), .port = ntohs(source.sin_port),
+		.address = ntohl(source.sin_addr.s_addr),
+		.port = ntohs(source.sin_port),
 		.interface = interface_to(search, &source, &info),
 	};
 	see(&search->heard, from.address);
@@ -244,7 +250,7 @@ static int collect(struct search *search, uint64_t end_ns, discovery_found_t fou
 		uint64_t now = stamp_now();
 		struct pollfd p[] = {
 			{ .fd = search->fd, .events = POLLIN },
-			{ .fd = search->wire, .events = POLLIN },	/* negative: passed over */
+			{ .fd = search->wire, .events = POLLIN }, /* negative: passed over */
 		};
 		uint32_t from;
 		int rc;

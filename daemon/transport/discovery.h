@@ -17,29 +17,29 @@ enum { DISCOVERY_UNHEARD = 8 };
 /* An address of ours, and whether it was asked there. */
 struct discovery_network {
 	struct own_address own;
-	int error;			/* 0 = it was; -EOPNOTSUPP = no broadcasts; -errno */
+	int error; /* 0 = it was; -EOPNOTSUPP = no broadcasts; -errno */
 };
 
 /* What a search has done, for whoever has to say why nobody was found. */
 struct discovery_report {
-	uint16_t port;			/* it was asked from there, UDP */
-	int networks;			/* loopback is not among them */
+	uint16_t port; /* it was asked from there, UDP */
+	int networks;  /* loopback is not among them */
 	struct discovery_network network[ADDRESSES_OWN_MAX];
-	bool overheard;			/* whether replies were dropped here could be seen */
+	bool overheard; /* whether replies were dropped here could be seen */
 	/* Who replied, and a firewall of this computer dropped it; the first of them. */
 	int unheard;
 	uint32_t unheard_from[DISCOVERY_UNHEARD];
 };
 
 struct discovery_options {
-	uint32_t timeout_ms;		/* how long answers are taken; 0 = 500 */
-	uint16_t port;			/* 0 = 20055 */
-	const char *interface;		/* search on this one only, NULL = on all that are up */
+	uint32_t timeout_ms;   /* how long answers are taken; 0 = 500 */
+	uint16_t port;         /* 0 = 20055 */
+	const char *interface; /* search on this one only, NULL = on all that are up */
 	/* Asked besides the interfaces (an address across a router); port 0 = as above. */
 	const struct transport_address *also;
 	size_t also_count;
-	struct discovery_report *report;	/* filled in; NULL = not wanted */
-	bool overhear;			/* watch for dropped answers as well (CAP_NET_RAW) */
+	struct discovery_report *report; /* filled in; NULL = not wanted */
+	bool overhear;                   /* watch for dropped answers as well (CAP_NET_RAW) */
 };
 
 /*

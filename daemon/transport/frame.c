@@ -22,9 +22,14 @@
 #include "daemon/transport/frame.h"
 
 enum {
-	ETHERNET = 14, IP = 20, UDP = 8,
-	TYPE_IP = 0x0800, PROTOCOL_UDP = 17, TTL = 64,
-	DONT_FRAGMENT = 0x4000, FRAGMENT = 0x3fff,	/* more to come, or not the first */
+	ETHERNET = 14,
+	IP = 20,
+	UDP = 8,
+	TYPE_IP = 0x0800,
+	PROTOCOL_UDP = 17,
+	TTL = 64,
+	DONT_FRAGMENT = 0x4000,
+	FRAGMENT = 0x3fff, /* more to come, or not the first */
 };
 
 static void put16(uint8_t *at, uint32_t value)
@@ -85,8 +90,8 @@ size_t frame_make(uint8_t *out, const struct frame_path *path, const uint8_t *da
 	return frame_make_cut(out, path, data, length, length);
 }
 
-size_t frame_make_cut(uint8_t *out, const struct frame_path *path, const uint8_t *data,
-		      size_t kept, size_t length)
+size_t frame_make_cut(uint8_t *out, const struct frame_path *path, const uint8_t *data, size_t kept,
+		      size_t length)
 {
 	uint8_t *ip = out + ETHERNET, *udp = ip + IP;
 	uint16_t checksum;

@@ -9,7 +9,7 @@
 
 enum {
 	FRAME_MAC = 6,
-	FRAME_HEAD = 14 + 20 + 8,	/* of a frame that is made here */
+	FRAME_HEAD = 14 + 20 + 8, /* of a frame that is made here */
 };
 
 /* From where to where; addresses and ports in host byte order. */
@@ -38,8 +38,8 @@ size_t frame_make(uint8_t *out, const struct frame_path *path, const uint8_t *da
  * The same for a record that kept only the first `kept` of `length` bytes (at most 65507):
  * the headers tell the true length, and a cut one has no UDP checksum. FRAME_HEAD + kept.
  */
-size_t frame_make_cut(uint8_t *out, const struct frame_path *path, const uint8_t *data,
-		      size_t kept, size_t length);
+size_t frame_make_cut(uint8_t *out, const struct frame_path *path, const uint8_t *data, size_t kept,
+		      size_t length);
 
 /*
  * Take a frame apart: false if it is not a whole, untagged, unfragmented IPv4

@@ -51,14 +51,16 @@ long handover_receive(int connection, void *message, unsigned long length, int *
 	struct iovec body = { message, length };
 	union carried carried = { 0 };
 	struct msghdr m = {
-		.msg_iov = &body, .msg_iovlen = 1,
+		.msg_iov = &body,
+		.msg_iovlen = 1,
 		/* not all of the room: its padding would take a second descriptor in */
-		.msg_control = carried.room, .msg_controllen = CMSG_LEN(sizeof(*fd)),
+		.msg_control = carried.room,
+		.msg_controllen = CMSG_LEN(sizeof(*fd)),
 	};
 	ssize_t got;
 
 	*fd = -1;
-	do {	/* a ring that was closed a moment ago interrupts as well */
+	do { /* a ring that was closed a moment ago interrupts as well */
 		got = recvmsg(connection, &m, MSG_CMSG_CLOEXEC);
 	} while (got < 0 && errno == EINTR);
 	if (got < 0)
@@ -119,7 +121,9 @@ static int exchange(int connection, const struct handover_request *request, int 
 int handover_ask(int connection, __u32 index, int *fd)
 {
 	const struct handover_request request = {
-		.version = HANDOVER_VERSION, .what = HANDOVER_ASK, .index = index,
+		.version = HANDOVER_VERSION,
+		.what = HANDOVER_ASK,
+		.index = index,
 	};
 	struct handover_answer answer = { 0 };
 	int rc = exchange(connection, &request, -1, &answer, fd);
@@ -133,7 +137,9 @@ int handover_join(int connection, __u32 index, __u32 queue, const __u16 port[HAN
 		  int fd)
 {
 	struct handover_request request = {
-		.version = HANDOVER_VERSION, .what = HANDOVER_JOIN, .index = index,
+		.version = HANDOVER_VERSION,
+		.what = HANDOVER_JOIN,
+		.index = index,
 		.queue = queue,
 	};
 	struct handover_answer answer = { 0 };

@@ -23,20 +23,20 @@
 enum { HANDOVER_VERSION = 2, HANDOVER_PORTS = 64 };
 
 enum handover_what {
-	HANDOVER_ASK = 1,	/* a socket, please; the answer carries it */
-	HANDOVER_JOIN,		/* carries it back, bound: direct `port` to it */
+	HANDOVER_ASK = 1, /* a socket, please; the answer carries it */
+	HANDOVER_JOIN,    /* carries it back, bound: direct `port` to it */
 };
 
 struct handover_request {
 	__u32 version, what;
-	__u32 index;			/* the interface that it is for */
-	__u32 queue;			/* JOIN: that it is bound to */
-	__u16 port[HANDOVER_PORTS];	/* JOIN: host byte order, 0 = none from here on */
+	__u32 index;                /* the interface that it is for */
+	__u32 queue;                /* JOIN: that it is bound to */
+	__u16 port[HANDOVER_PORTS]; /* JOIN: host byte order, 0 = none from here on */
 };
 
 struct handover_answer {
 	__u32 version;
-	__s32 result;			/* 0 or -errno */
+	__s32 result; /* 0 or -errno */
 };
 
 /*
@@ -47,7 +47,7 @@ struct handover_answer {
 
 struct handover_note {
 	__u64 magic;
-	__u64 t_ns;			/* CLOCK_MONOTONIC */
+	__u64 t_ns; /* CLOCK_MONOTONIC */
 };
 
 /*

@@ -144,8 +144,12 @@ static int memory_receive(struct transport *t, struct transport_packet *out)
 	if (!arrived(m, *m->hooks.now_ns))
 		return 0;
 	*out = (struct transport_packet){
-		.data = a->data, .length = a->length, .channel = a->channel,
-		.address = a->from.address, .port = a->from.port, .t_ns = a->at_ns,
+		.data = a->data,
+		.length = a->length,
+		.channel = a->channel,
+		.address = a->from.address,
+		.port = a->from.port,
+		.t_ns = a->at_ns,
 	};
 	/* To the very end of the free ones: it is reused last, out->data stays valid. */
 	memmove(m->order, m->order + 1, sizeof m->order - sizeof m->order[0]);

@@ -9,8 +9,8 @@
 #include "daemon/transport/transport.h"
 
 enum {
-	TRANSPORT_MEMORY_QUEUE = 512,	/* datagrams on their way */
-	TRANSPORT_MEMORY_MAX = 576,	/* the longest whose bytes are kept */
+	TRANSPORT_MEMORY_QUEUE = 512, /* datagrams on their way */
+	TRANSPORT_MEMORY_MAX = 576,   /* the longest whose bytes are kept */
 };
 
 struct transport_memory_hooks {

@@ -18,10 +18,11 @@
 #include "daemon/transport/napi.h"
 
 enum {
-	NAPI_GET = 11,			/* NETDEV_CMD_NAPI_GET */
-	NAPI_IFINDEX = 1, NAPI_ID = 2,	/* NETDEV_A_NAPI_... */
+	NAPI_GET = 11, /* NETDEV_CMD_NAPI_GET */
+	NAPI_IFINDEX = 1,
+	NAPI_ID = 2, /* NETDEV_A_NAPI_... */
 	ANSWER = 16384,
-	HEAD = 4,			/* of an attribute: length and type */
+	HEAD = 4, /* of an attribute: length and type */
 };
 
 struct question {

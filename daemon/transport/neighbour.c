@@ -29,8 +29,10 @@
 #include <unistd.h>
 #include "daemon/transport/neighbour.h"
 
-enum { ANSWER = 4096, VALID = NUD_PERMANENT | NUD_NOARP | NUD_REACHABLE | NUD_PROBE | NUD_STALE |
-		NUD_DELAY };
+enum {
+	ANSWER = 4096,
+	VALID = NUD_PERMANENT | NUD_NOARP | NUD_REACHABLE | NUD_PROBE | NUD_STALE | NUD_DELAY
+};
 
 struct question {
 	struct nlmsghdr head;
@@ -80,7 +82,7 @@ static int ask(int fd, struct question *q, void *answer)
 
 	if (send(fd, q, q->head.nlmsg_len, 0) < 0)
 		return -errno;
-	do {	/* an answer to an earlier one that came too late is passed over */
+	do { /* an answer to an earlier one that came too late is passed over */
 		length = recv(fd, answer, ANSWER, 0);
 		if (length < 0)
 			return -errno;

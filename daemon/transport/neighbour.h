@@ -8,8 +8,8 @@
 #include "daemon/transport/frame.h"
 
 struct neighbour {
-	uint8_t mac[FRAME_MAC];		/* of the device, or of the router before it */
-	bool stale;			/* the kernel would like to ask again */
+	uint8_t mac[FRAME_MAC]; /* of the device, or of the router before it */
+	bool stale;             /* the kernel would like to ask again */
 };
 
 /* A socket to ask through. Cold. The descriptor or -errno. */

@@ -16,7 +16,9 @@
 #include "daemon/transport/overhear.h"
 
 enum {
-	AT_FRAGMENT = 6, AT_PROTOCOL = 9, AT_SOURCE = 12,	/* in the IPv4 header */
+	AT_FRAGMENT = 6,
+	AT_PROTOCOL = 9,
+	AT_SOURCE = 12, /* in the IPv4 header */
 	LATER_FRAGMENT = 0x1fff,
 };
 
@@ -27,8 +29,8 @@ static int set_filter(int fd, uint16_t from_port, uint16_t to_port)
 		BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, IPPROTO_UDP, 0, 8),
 		BPF_STMT(BPF_LD | BPF_H | BPF_ABS, AT_FRAGMENT),
 		BPF_JUMP(BPF_JMP | BPF_JSET | BPF_K, LATER_FRAGMENT, 6, 0),
-		BPF_STMT(BPF_LDX | BPF_B | BPF_MSH, 0),		/* the header's length */
-		BPF_STMT(BPF_LD | BPF_H | BPF_IND, 0),		/* both ports are behind it */
+		BPF_STMT(BPF_LDX | BPF_B | BPF_MSH, 0), /* the header's length */
+		BPF_STMT(BPF_LD | BPF_H | BPF_IND, 0),  /* both ports are behind it */
 		BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, from_port, 0, 3),
 		BPF_STMT(BPF_LD | BPF_H | BPF_IND, 2),
 		BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, to_port, 0, 1),
@@ -38,7 +40,8 @@ static int set_filter(int fd, uint16_t from_port, uint16_t to_port)
 	const struct sock_fprog program = { .len = sizeof(code) / sizeof(code[0]), .filter = code };
 
 	return setsockopt(fd, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof(program)) < 0 ?
-	       -errno : 0;
+		       -errno :
+		       0;
 }
 
 int overhear_open(uint16_t from_port, uint16_t to_port)
@@ -66,7 +69,7 @@ bool overhear_take(int fd, uint32_t *from)
 	uint8_t head[64];
 	ssize_t n;
 
-	do {	/* our own are seen as well */
+	do { /* our own are seen as well */
 		n = recvfrom(fd, head, sizeof(head), 0, (struct sockaddr *)&link, &length);
 		if (n < 0)
 			return false;

@@ -25,7 +25,7 @@
 
 enum {
 	BATCH = 32,
-	FRUITLESS_MAX = 4,	/* errors in a row of one socket in one wait */
+	FRUITLESS_MAX = 4, /* errors in a row of one socket in one wait */
 };
 
 struct out {
@@ -36,13 +36,13 @@ struct out {
 struct socket_transport {
 	struct transport base;
 	bool started;
-	uint32_t channels;		/* the highest attached one + 1 */
+	uint32_t channels; /* the highest attached one + 1 */
 	struct transport_options options;
 	struct stamp stamp;
 	struct udp udp[TRANSPORT_CHANNELS];
 	struct pollfd poll[TRANSPORT_CHANNELS];
 	uint32_t fruitless[TRANSPORT_CHANNELS];
-	uint64_t ready;			/* bit = there may be more to receive */
+	uint64_t ready; /* bit = there may be more to receive */
 
 	uint32_t queued;
 	struct out queue[TRANSPORT_QUEUE];

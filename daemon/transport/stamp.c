@@ -17,8 +17,8 @@
 #include "daemon/transport/stamp.h"
 
 enum {
-	STEP_NS = 50000,	/* a difference that changed by more has been set */
-	LOOSE_NS = 20000,	/* clocks read further apart than this say nothing */
+	STEP_NS = 50000,  /* a difference that changed by more has been set */
+	LOOSE_NS = 20000, /* clocks read further apart than this say nothing */
 	READ_TRIES = 3,
 };
 

@@ -7,8 +7,8 @@
 #include <stdint.h>
 
 struct stamp {
-	int64_t offset;			/* wall clock minus monotonic, ns */
-	uint64_t since_ns;		/* monotonic: the offset holds from here on */
+	int64_t offset;    /* wall clock minus monotonic, ns */
+	uint64_t since_ns; /* monotonic: the offset holds from here on */
 	bool known, fresh;
 };
 

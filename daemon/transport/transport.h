@@ -21,50 +21,50 @@
 #include <stdint.h>
 
 enum {
-	TRANSPORT_CHANNELS = 64,	/* devices of one daemon */
-	TRANSPORT_PACKET_MAX = 2048,	/* larger than any datagram that is legal here */
-	TRANSPORT_SEND_MAX = 512,	/* the longest that is sent, protocol section 1.6 */
-	TRANSPORT_QUEUE = 256,		/* datagrams until a flush; more flush by themselves */
+	TRANSPORT_CHANNELS = 64,     /* devices of one daemon */
+	TRANSPORT_PACKET_MAX = 2048, /* larger than any datagram that is legal here */
+	TRANSPORT_SEND_MAX = 512,    /* the longest that is sent, protocol section 1.6 */
+	TRANSPORT_QUEUE = 256,       /* datagrams until a flush; more flush by themselves */
 };
 
 enum transport_wait {
-	TRANSPORT_WAIT_PACKET,		/* something arrived (or may have: receive says) */
+	TRANSPORT_WAIT_PACKET, /* something arrived (or may have: receive says) */
 	TRANSPORT_WAIT_DEADLINE,
 };
 
 struct transport_address {
-	uint32_t address;		/* IPv4, host byte order; 0 = none yet */
-	uint16_t port;			/* host byte order */
-	uint16_t interface;		/* index, of the way to it; 0 = as its route says */
+	uint32_t address;   /* IPv4, host byte order; 0 = none yet */
+	uint16_t port;      /* host byte order */
+	uint16_t interface; /* index, of the way to it; 0 = as its route says */
 };
 
 /* A received datagram; `data` is valid until the next receive or wait. */
 struct transport_packet {
 	const uint8_t *data;
-	size_t length;			/* true length, also if it was longer than the buffer */
+	size_t length; /* true length, also if it was longer than the buffer */
 	uint32_t channel;
-	uint32_t address;		/* source, host byte order; 0 = unknown */
+	uint32_t address; /* source, host byte order; 0 = unknown */
 	uint16_t port;
-	uint64_t t_ns;			/* CLOCK_MONOTONIC, kernel's receive stamp converted;
-					 * 0 = none */
+	uint64_t t_ns; /* CLOCK_MONOTONIC, kernel's receive stamp converted;
+			* 0 = none */
 };
 
 /* `sent` counts what send() took, `send_failed` what it refused or the kernel did later. */
 struct transport_statistics {
 	uint64_t sent, send_failed, received, receive_failed;
-	uint64_t rearmed;		/* multishot receive armed again */
+	uint64_t rearmed; /* multishot receive armed again */
 	uint64_t no_buffers, overflow, truncated;
-	uint64_t system_calls;		/* made by the realtime functions */
-	uint64_t waits_avoided;		/* a completion was there, no call was made */
-	uint64_t stamps_refused;	/* receive stamps not usable: the wall clock was set */
+	uint64_t system_calls;   /* made by the realtime functions */
+	uint64_t waits_avoided;  /* a completion was there, no call was made */
+	uint64_t stamps_refused; /* receive stamps not usable: the wall clock was set */
 };
 
 struct transport_options {
-	bool spin;			/* wait polls instead of sleeping */
-	uint32_t busy_poll_us;		/* NAPI busy polling in a sleeping wait, 0 = off */
-	const char *interface;		/* bind the sockets to this NIC, NULL = any */
-	bool keep_port;			/* a channel's own port stays the same for all aims */
-	const char *helper;		/* who hands AF_XDP sockets over, NULL = pokeys-guard */
+	bool spin;             /* wait polls instead of sleeping */
+	uint32_t busy_poll_us; /* NAPI busy polling in a sleeping wait, 0 = off */
+	const char *interface; /* bind the sockets to this NIC, NULL = any */
+	bool keep_port;        /* a channel's own port stays the same for all aims */
+	const char *helper;    /* who hands AF_XDP sockets over, NULL = pokeys-guard */
 };
 
 struct transport;
@@ -130,8 +130,8 @@ struct transport {
 	/* What people are told that it is: ops->name, with more to it where there is more. */
 	const char *_Atomic title;
 	struct transport_statistics statistics;
-	bool spin;			/* polls instead of sleeping; the thread may change it */
-	int failed;			/* -errno: it is broken for good, 0 = it is not */
+	bool spin;  /* polls instead of sleeping; the thread may change it */
+	int failed; /* -errno: it is broken for good, 0 = it is not */
 	/*
 	 * -errno of an aim that failed or of a send that the kernel cannot carry
 	 * out (no route, address gone); -EDESTADDRREQ while aimed at nobody.

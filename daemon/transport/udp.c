@@ -67,7 +67,9 @@ static int keep_port(const struct udp *udp)
 			return -errno;
 		any.sin_port = 0;
 		rc = bind(other, (struct sockaddr *)&any, sizeof any) < 0 ||
-		     getsockname(other, (struct sockaddr *)&any, &size) < 0 ? -errno : 0;
+				     getsockname(other, (struct sockaddr *)&any, &size) < 0 ?
+			     -errno :
+			     0;
 		close(other);
 		if (rc == 0 && bind(udp->fd, (struct sockaddr *)&any, sizeof any) < 0)
 			rc = -errno;
@@ -136,8 +138,7 @@ static void read_local(const struct udp *udp, struct transport_address *local, u
 	socklen_t length = sizeof own;
 
 	(*calls)++;
-	if (getsockname(udp->fd, (struct sockaddr *)&own, &length) < 0 ||
-	    own.sin_family != AF_INET)
+	if (getsockname(udp->fd, (struct sockaddr *)&own, &length) < 0 || own.sin_family != AF_INET)
 		return;
 	local->address = ntohl(own.sin_addr.s_addr);
 	local->port = ntohs(own.sin_port);

@@ -17,10 +17,10 @@ enum {
 };
 
 struct udp {
-	int fd;				/* -1 = not attached */
+	int fd; /* -1 = not attached */
 	bool connected;
-	bool aside;			/* bound to the interface of the device, not to ours */
-	char interface[IFNAMSIZ];	/* bound to it, "" = any */
+	bool aside;               /* bound to the interface of the device, not to ours */
+	char interface[IFNAMSIZ]; /* bound to it, "" = any */
 };
 
 /*

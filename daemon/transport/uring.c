@@ -43,8 +43,7 @@ static unsigned int pending(const struct uring *u)
 /* Flags of the ring: entering the kernel would show more. */
 static bool deferred(const struct uring *u)
 {
-	return IO_URING_READ_ONCE(*u->ring.sq.kflags) &
-	       (IORING_SQ_TASKRUN | IORING_SQ_CQ_OVERFLOW);
+	return IO_URING_READ_ONCE(*u->ring.sq.kflags) & (IORING_SQ_TASKRUN | IORING_SQ_CQ_OVERFLOW);
 }
 
 int uring_enter(struct uring *u, unsigned int min, const uint64_t *deadline_ns)
@@ -70,8 +69,8 @@ int uring_enter(struct uring *u, unsigned int min, const uint64_t *deadline_ns)
 		u->base.statistics.overflow++;
 	io_uring_smp_store_release(u->ring.sq.ktail, u->ring.sq.sqe_tail);
 	u->base.statistics.system_calls++;
-	rc = syscall(__NR_io_uring_enter, u->enter_fd, pending(u), min, flags,
-		     &argument, sizeof argument);
+	rc = syscall(__NR_io_uring_enter, u->enter_fd, pending(u), min, flags, &argument,
+		     sizeof argument);
 	return rc < 0 ? -errno : (int)rc;
 }
 
@@ -198,8 +197,8 @@ static bool dissect(struct uring *u, int id, int length, uint32_t channel,
 		    struct transport_packet *out)
 {
 	struct msghdr *shape = &u->channel[channel].shape;
-	struct io_uring_recvmsg_out *o = io_uring_recvmsg_validate(
-		u->buffers + (size_t)id * URING_BUFFER, length, shape);
+	struct io_uring_recvmsg_out *o =
+		io_uring_recvmsg_validate(u->buffers + (size_t)id * URING_BUFFER, length, shape);
 	struct msghdr control = { 0 };
 	uint64_t now, stamp;
 
@@ -290,9 +289,9 @@ static int uring_aim(struct transport *t, uint32_t channel, const struct transpo
 
 	if (channel >= TRANSPORT_CHANNELS || u->channel[channel].udp.fd < 0)
 		return -EINVAL;
-	return transport_aimed(t, channel, to, udp_aim(&u->channel[channel].udp, to,
-						       &t->local[channel],
-						       &t->statistics.system_calls));
+	return transport_aimed(t, channel, to,
+			       udp_aim(&u->channel[channel].udp, to, &t->local[channel],
+				       &t->statistics.system_calls));
 }
 
 /* Polling: the ring's own memory says whether there is anything to enter for. */

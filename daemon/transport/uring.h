@@ -24,7 +24,9 @@ enum {
 _Static_assert(URING_BUFFERS + TRANSPORT_CHANNELS + URING_SUBMISSIONS <= URING_COMPLETIONS,
 	       "completions of everything outstanding fit");
 _Static_assert(sizeof(struct io_uring_recvmsg_out) + sizeof(struct sockaddr_in) + UDP_CONTROL +
-	       TRANSPORT_PACKET_MAX <= URING_BUFFER, "the longest packet fits");
+			       TRANSPORT_PACKET_MAX <=
+		       URING_BUFFER,
+	       "the longest packet fits");
 
 /* What a completion belongs to: user_data = kind << 32 | channel. */
 enum uring_kind { URING_RECEIVE = 1, URING_SEND = 2 };
@@ -36,9 +38,9 @@ struct uring_sizes {
 
 struct uring_channel {
 	struct udp udp;
-	struct msghdr shape;		/* how much of a buffer is for source and control data */
+	struct msghdr shape; /* how much of a buffer is for source and control data */
 	bool armed, armed_before;
-	uint64_t armed_in;		/* number of the wait */
+	uint64_t armed_in; /* number of the wait */
 };
 
 struct uring {
@@ -47,13 +49,13 @@ struct uring {
 	struct uring_sizes sizes;
 	struct io_uring ring;
 	bool ring_open, started;
-	int enter_fd;			/* index of the registered ring, or the ring's fd */
-	unsigned int enter_flags;	/* IORING_ENTER_REGISTERED_RING, _ABS_TIMER where had */
+	int enter_fd;             /* index of the registered ring, or the ring's fd */
+	unsigned int enter_flags; /* IORING_ENTER_REGISTERED_RING, _ABS_TIMER where had */
 	struct io_uring_buf_ring *pool;
 	uint8_t *buffers;
-	int lent;			/* buffer of the packet handed out last, -1 = none */
+	int lent; /* buffer of the packet handed out last, -1 = none */
 	uint64_t waits;
-	uint32_t channels;		/* the attached ones and those before them */
+	uint32_t channels; /* the attached ones and those before them */
 	struct stamp stamp;
 	struct uring_channel channel[TRANSPORT_CHANNELS];
 	uint8_t slot[URING_SUBMISSIONS][TRANSPORT_SEND_MAX];

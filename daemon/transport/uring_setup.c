@@ -26,7 +26,7 @@
 #include <unistd.h>
 #include "daemon/transport/uring.h"
 
-enum { REGISTER_NAPI = 27 };		/* Linux 6.9 */
+enum { REGISTER_NAPI = 27 }; /* Linux 6.9 */
 enum { BUFFER_GROUP = 0 };
 
 struct napi_request {
@@ -55,8 +55,7 @@ static int restrict_ring(struct uring *u)
 		  .register_op = IORING_UNREGISTER_RING_FDS },
 	};
 
-	return ring_register(u, IORING_REGISTER_RESTRICTIONS, only,
-			     sizeof only / sizeof only[0]);
+	return ring_register(u, IORING_REGISTER_RESTRICTIONS, only, sizeof only / sizeof only[0]);
 }
 
 static int register_files(struct uring *u)
@@ -187,7 +186,9 @@ int transport_probe_ring(int *napi)
 int uring_open(struct transport *t, const struct transport_options *options)
 {
 	static const struct uring_sizes sizes = {
-		URING_SUBMISSIONS, URING_COMPLETIONS, URING_BUFFERS,
+		URING_SUBMISSIONS,
+		URING_COMPLETIONS,
+		URING_BUFFERS,
 	};
 
 	return uring_open_sized((struct uring *)t, options, &sizes);
@@ -216,8 +217,7 @@ int uring_attach(struct transport *t, uint32_t channel)
 		return rc;
 	c->shape.msg_namelen = sizeof(struct sockaddr_in);
 	c->shape.msg_controllen = UDP_CONTROL;
-	update = (struct io_uring_files_update){ .offset = channel,
-						 .fds = (uintptr_t)&c->udp.fd };
+	update = (struct io_uring_files_update){ .offset = channel, .fds = (uintptr_t)&c->udp.fd };
 	rc = ring_register(u, IORING_REGISTER_FILES_UPDATE, &update, 1);
 	if (rc < 0) {
 		udp_close(&c->udp);

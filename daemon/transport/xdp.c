@@ -285,9 +285,12 @@ static void hand_out(struct xdp *x, uint32_t channel, struct transport_packet *o
 	struct xdp_place *place = &x->place[c->first];
 
 	*out = (struct transport_packet){
-		.data = place->datagram.data, .length = place->datagram.length,
-		.channel = channel, .address = place->datagram.from,
-		.port = place->datagram.from_port, .t_ns = note_of(x, place->frame),
+		.data = place->datagram.data,
+		.length = place->datagram.length,
+		.channel = channel,
+		.address = place->datagram.from,
+		.port = place->datagram.from_port,
+		.t_ns = note_of(x, place->frame),
 	};
 	x->lent = place->frame;
 	c->first = place->next;
@@ -329,7 +332,8 @@ static bool look(struct xdp *x, uint64_t until, uint32_t *fruitless)
 {
 	uint64_t now = stamp_now(), left = until > now ? until - now : 0;
 	const struct timespec limit = {
-		(time_t)(left / 1000000000u), (long)(left % 1000000000u),
+		(time_t)(left / 1000000000u),
+		(long)(left % 1000000000u),
 	};
 	struct pollfd poll[TRANSPORT_CHANNELS + 1];
 	bool kernel = false;
@@ -342,8 +346,8 @@ static bool look(struct xdp *x, uint64_t until, uint32_t *fruitless)
 		poll[count++] = (struct pollfd){ .fd = -1 };
 	for (uint32_t i = 0; *fruitless < FRUITLESS_MAX && i < x->channels; i++)
 		if (x->channel[i].attached)
-			poll[count++] = (struct pollfd){
-				.fd = transport_socket_fd(x->under, i), .events = POLLIN };
+			poll[count++] = (struct pollfd){ .fd = transport_socket_fd(x->under, i),
+							 .events = POLLIN };
 	x->base.statistics.system_calls++;
 	n = ppoll(poll, count, &limit, NULL);
 	if (n < 0 && errno != EINTR)

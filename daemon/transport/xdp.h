@@ -15,9 +15,9 @@
  * BROKEN to NONE, only the realtime thread from READY to BROKEN.
  */
 enum xdp_link {
-	XDP_NONE,		/* tend's */
-	XDP_READY,		/* the realtime thread's */
-	XDP_BROKEN,		/* it has let go of it: tend's */
+	XDP_NONE,   /* tend's */
+	XDP_READY,  /* the realtime thread's */
+	XDP_BROKEN, /* it has let go of it: tend's */
 };
 
 /* The two ends of a channel's datagrams; address 0 = none, own 0 = unknown. Host byte order. */
@@ -31,17 +31,17 @@ struct xdp_ends {
  * carry the number of the aim: words of different aims do not fit together.
  */
 struct xdp_way {
-	_Atomic uint64_t target;	/* of the aim: address, port */
-	_Atomic uint64_t own;		/* our address */
+	_Atomic uint64_t target; /* of the aim: address, port */
+	_Atomic uint64_t own;    /* our address */
 	_Atomic uint64_t to_mac, from_mac;
 };
 
 struct xdp_channel {
 	bool attached;
-	uint16_t port;			/* our own, the same for as long as it is attached */
-	uint16_t aims;			/* number of the present aim, never 0 */
+	uint16_t port; /* our own, the same for as long as it is attached */
+	uint16_t aims; /* number of the present aim, never 0 */
 	struct xdp_ends now, before;
-	int first, last;		/* received places, a list; -1 = empty */
+	int first, last; /* received places, a list; -1 = empty */
 	uint32_t waiting;
 	struct xdp_way way;
 };
@@ -54,28 +54,28 @@ struct xdp_place {
 
 struct xdp {
 	struct transport base;
-	struct transport *under;	/* plain sockets: the kernel's way */
+	struct transport *under; /* plain sockets: the kernel's way */
 	char interface[IFNAMSIZ], helper[108];
 	bool started;
 
 	/* the realtime thread's, while link is READY */
 	_Atomic int link;
 	struct xdp_socket socket;
-	bool lost;			/* the socket is of no use; let go of it in the next wait */
-	bool under_more;		/* the kernel's way has packets to hand out */
-	uint32_t channels;		/* the attached ones and those before them */
-	uint32_t turn;			/* the channel that was served last */
-	uint8_t *lent;			/* frame of the packet handed out last */
+	bool lost;         /* the socket is of no use; let go of it in the next wait */
+	bool under_more;   /* the kernel's way has packets to hand out */
+	uint32_t channels; /* the attached ones and those before them */
+	uint32_t turn;     /* the channel that was served last */
+	uint8_t *lent;     /* frame of the packet handed out last */
 	struct xdp_channel channel[TRANSPORT_CHANNELS];
 	struct xdp_place place[XDP_RX_FRAMES];
-	_Atomic bool half_summed;	/* a frame was refused for that, see frame.h */
-	_Atomic uint64_t ask_kernel;	/* bit = the next datagram goes the kernel's way */
+	_Atomic bool half_summed;    /* a frame was refused for that, see frame.h */
+	_Atomic uint64_t ask_kernel; /* bit = the next datagram goes the kernel's way */
 
 	/* tend's */
 	uint32_t index;
 	int connection, netlink;
 	bool joined, told_past, told_apart, told_half_summed;
-	uint32_t passed_over;	/* calls until a guard that hung is asked again */
+	uint32_t passed_over; /* calls until a guard that hung is asked again */
 };
 
 /* The number that a way's words end with. */

@@ -28,7 +28,7 @@
 
 enum {
 	MEMORY = (XDP_RX_FRAMES + XDP_TX_FRAMES) * XDP_FRAME,
-	KICKS = 8,	/* the kernel sends 32 frames at most for each */
+	KICKS = 8, /* the kernel sends 32 frames at most for each */
 };
 
 static int set_memory(struct xdp_socket *s)
@@ -44,9 +44,14 @@ static int set_memory(struct xdp_socket *s)
 
 static int set_sizes(const struct xdp_socket *s)
 {
-	static const struct { int ring; uint32_t entries; } rings[] = {
-		{ XDP_UMEM_FILL_RING, XDP_RX_FRAMES }, { XDP_UMEM_COMPLETION_RING, XDP_TX_FRAMES },
-		{ XDP_RX_RING, XDP_RX_FRAMES }, { XDP_TX_RING, XDP_TX_FRAMES },
+	static const struct {
+		int ring;
+		uint32_t entries;
+	} rings[] = {
+		{ XDP_UMEM_FILL_RING, XDP_RX_FRAMES },
+		{ XDP_UMEM_COMPLETION_RING, XDP_TX_FRAMES },
+		{ XDP_RX_RING, XDP_RX_FRAMES },
+		{ XDP_TX_RING, XDP_TX_FRAMES },
 	};
 
 	for (size_t i = 0; i < sizeof(rings) / sizeof(rings[0]); i++)
@@ -80,10 +85,13 @@ static int map_producer(struct xdp_socket *s, int number, struct xsk_ring_prod *
 	if (!at)
 		return -errno;
 	*ring = (struct xsk_ring_prod){
-		.mask = entries - 1, .size = entries, .cached_cons = entries,
+		.mask = entries - 1,
+		.size = entries,
+		.cached_cons = entries,
 		.producer = (void *)(at + offset->producer),
 		.consumer = (void *)(at + offset->consumer),
-		.flags = (void *)(at + offset->flags), .ring = at + offset->desc,
+		.flags = (void *)(at + offset->flags),
+		.ring = at + offset->desc,
 	};
 	return 0;
 }
@@ -97,10 +105,12 @@ static int map_consumer(struct xdp_socket *s, int number, struct xsk_ring_cons *
 	if (!at)
 		return -errno;
 	*ring = (struct xsk_ring_cons){
-		.mask = entries - 1, .size = entries,
+		.mask = entries - 1,
+		.size = entries,
 		.producer = (void *)(at + offset->producer),
 		.consumer = (void *)(at + offset->consumer),
-		.flags = (void *)(at + offset->flags), .ring = at + offset->desc,
+		.flags = (void *)(at + offset->flags),
+		.ring = at + offset->desc,
 	};
 	return 0;
 }
@@ -140,8 +150,10 @@ static void share_out(struct xdp_socket *s)
 static int attach(struct xdp_socket *s, uint32_t index, uint32_t queue)
 {
 	const struct sockaddr_xdp at = {
-		.sxdp_family = AF_XDP, .sxdp_flags = XDP_USE_NEED_WAKEUP,
-		.sxdp_ifindex = index, .sxdp_queue_id = queue,
+		.sxdp_family = AF_XDP,
+		.sxdp_flags = XDP_USE_NEED_WAKEUP,
+		.sxdp_ifindex = index,
+		.sxdp_queue_id = queue,
 	};
 	struct xdp_options options = { 0 };
 	socklen_t size = sizeof(options);
@@ -217,9 +229,10 @@ void xdp_socket_put(struct xdp_socket *s, size_t length)
 	uint32_t at;
 
 	if (xsk_ring_prod__reserve(&s->tx, 1, &at) != 1)
-		return;		/* as many entries as places: cannot be */
+		return; /* as many entries as places: cannot be */
 	*xsk_ring_prod__tx_desc(&s->tx, at) = (struct xdp_desc){
-		.addr = (uint64_t)s->idle[--s->idles] * XDP_FRAME, .len = (uint32_t)length,
+		.addr = (uint64_t)s->idle[--s->idles] * XDP_FRAME,
+		.len = (uint32_t)length,
 	};
 	xsk_ring_prod__submit(&s->tx, 1);
 	s->queued++;
@@ -249,7 +262,7 @@ int xdp_socket_kick(struct xdp_socket *s, uint64_t *calls)
 	}
 	collect(s);
 	if (error && passing(error))
-		s->queued = 1;		/* kick again */
+		s->queued = 1; /* kick again */
 	return error && !passing(error) ? -error : 0;
 }
 
@@ -273,7 +286,7 @@ void xdp_socket_give_back(struct xdp_socket *s, const uint8_t *frame)
 	uint32_t at;
 
 	if (xsk_ring_prod__reserve(&s->fill, 1, &at) != 1)
-		return;		/* as many entries as places: cannot be */
+		return; /* as many entries as places: cannot be */
 	*xsk_ring_prod__fill_addr(&s->fill, at) = (uint64_t)xdp_socket_place(s, frame) * XDP_FRAME;
 	xsk_ring_prod__submit(&s->fill, 1);
 }

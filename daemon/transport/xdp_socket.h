@@ -9,20 +9,23 @@
 #include <xdp/xsk.h>
 
 enum {
-	XDP_FRAME = 2048,		/* bytes of a frame's place */
+	XDP_FRAME = 2048, /* bytes of a frame's place */
 	XDP_RX_FRAMES = 512,
 	XDP_TX_FRAMES = 256,
 };
 
 struct xdp_socket {
-	int fd;				/* -1 = not open */
+	int fd; /* -1 = not open */
 	bool zero_copy;
-	uint8_t *frames;		/* first those for receiving, then those for sending */
+	uint8_t *frames; /* first those for receiving, then those for sending */
 	struct xsk_ring_prod fill, tx;
 	struct xsk_ring_cons done, rx;
-	struct { void *at; size_t size; } map[4];
-	uint32_t idle[XDP_TX_FRAMES], idles;	/* frames for sending that nobody has */
-	uint32_t queued;		/* put since the last kick */
+	struct {
+		void *at;
+		size_t size;
+	} map[4];
+	uint32_t idle[XDP_TX_FRAMES], idles; /* frames for sending that nobody has */
+	uint32_t queued;                     /* put since the last kick */
 };
 
 /*

@@ -66,12 +66,12 @@ extern "C" {
 #endif
 
 enum {
-	POKEYS_PACKET_SIZE = 64,	/* every request and every reply, protocol section 1.1 */
-	POKEYS_PAYLOAD_OFFSET = 8,	/* first payload byte, protocol section 1.2 */
+	POKEYS_PACKET_SIZE = 64,   /* every request and every reply, protocol section 1.1 */
+	POKEYS_PAYLOAD_OFFSET = 8, /* first payload byte, protocol section 1.2 */
 	POKEYS_PAYLOAD_SIZE = 56,
-	POKEYS_MAILBOX_SIZE = 256,	/* one entry for each request id */
-	POKEYS_WINDOW_MAX = 64,		/* most requests in flight at once */
-	POKEYS_KEPT_REQUESTS = 128,	/* an ended one stays readable for so many more */
+	POKEYS_MAILBOX_SIZE = 256,  /* one entry for each request id */
+	POKEYS_WINDOW_MAX = 64,     /* most requests in flight at once */
+	POKEYS_KEPT_REQUESTS = 128, /* an ended one stays readable for so many more */
 };
 
 /* For options.retries: none at all (0 is the default number). */
@@ -85,25 +85,25 @@ typedef uint8_t pokeys_command_t;
 
 /* What may happen to a request whose answer did not come. */
 enum pokeys_class {
-	POKEYS_CLASS_READ,	/* resend freely */
-	POKEYS_CLASS_WRITE,	/* idempotent: resend the newest value, not the old one */
-	POKEYS_CLASS_ONESHOT,	/* never sent twice; the end is POKEYS_REQUEST_UNKNOWN */
+	POKEYS_CLASS_READ,    /* resend freely */
+	POKEYS_CLASS_WRITE,   /* idempotent: resend the newest value, not the old one */
+	POKEYS_CLASS_ONESHOT, /* never sent twice; the end is POKEYS_REQUEST_UNKNOWN */
 };
 
 enum pokeys_request_state {
-	POKEYS_REQUEST_FREE = 0,	/* no such request */
-	POKEYS_REQUEST_CREATED,		/* packet built, not sent */
-	POKEYS_REQUEST_IN_FLIGHT,	/* sent at least once, no answer yet */
-	POKEYS_REQUEST_DONE,		/* answered; the target is filled */
-	POKEYS_REQUEST_TIMED_OUT,	/* read or write: retries exhausted */
-	POKEYS_REQUEST_UNKNOWN,		/* one-shot without answer: executed or not, read back */
+	POKEYS_REQUEST_FREE = 0,  /* no such request */
+	POKEYS_REQUEST_CREATED,   /* packet built, not sent */
+	POKEYS_REQUEST_IN_FLIGHT, /* sent at least once, no answer yet */
+	POKEYS_REQUEST_DONE,      /* answered; the target is filled */
+	POKEYS_REQUEST_TIMED_OUT, /* read or write: retries exhausted */
+	POKEYS_REQUEST_UNKNOWN,   /* one-shot without answer: executed or not, read back */
 	POKEYS_REQUEST_CANCELLED,
 };
 
 /* What became of a datagram that was delivered. */
 enum pokeys_verdict {
-	POKEYS_VERDICT_NONE = 0,	/* none was delivered yet */
-	POKEYS_VERDICT_ACCEPTED,	/* completed a request */
+	POKEYS_VERDICT_NONE = 0, /* none was delivered yet */
+	POKEYS_VERDICT_ACCEPTED, /* completed a request */
 	POKEYS_VERDICT_BAD_SOURCE,
 	POKEYS_VERDICT_BAD_LENGTH,
 	POKEYS_VERDICT_BAD_MAGIC,
@@ -118,9 +118,9 @@ enum pokeys_verdict {
 
 /* Where a received packet came from, as far as the transport knows. */
 struct pokeys_rx {
-	uint64_t t_ns;		/* when the kernel took it in, by now_ns' clock, 0 = unknown */
-	uint32_t address;	/* IPv4 source, host byte order, 0 = unknown (not checked) */
-	uint16_t port;		/* source port, host byte order */
+	uint64_t t_ns;    /* when the kernel took it in, by now_ns' clock, 0 = unknown */
+	uint32_t address; /* IPv4 source, host byte order, 0 = unknown (not checked) */
+	uint16_t port;    /* source port, host byte order */
 	uint16_t reserved;
 };
 
@@ -150,8 +150,8 @@ typedef struct mailbox_entry mailbox_entry_t;
  * POKEYS_REQUEST_DONE. The entry is valid during the call. The callback may
  * create, send and cancel requests; it must not receive, check or reset.
  */
-typedef void (*pokeys_parser_t)(pokeys_device_t *dev, const mailbox_entry_t *entry,
-				void *context, uint64_t now_ns);
+typedef void (*pokeys_parser_t)(pokeys_device_t *dev, const mailbox_entry_t *entry, void *context,
+				uint64_t now_ns);
 
 /*
  * Called just before an idempotent write is sent again: refill
@@ -163,74 +163,74 @@ typedef void (*pokeys_refresh_t)(pokeys_device_t *dev, mailbox_entry_t *entry, v
 struct mailbox_entry {
 	uint8_t request_id;
 	pokeys_command_t command_sent;
-	uint8_t request_class;		/* enum pokeys_class */
-	uint8_t state;			/* enum pokeys_request_state */
-	uint8_t tries;			/* transmissions so far that the transport took */
-	uint8_t missed;			/* of them past their deadline and not answered yet */
+	uint8_t request_class; /* enum pokeys_class */
+	uint8_t state;         /* enum pokeys_request_state */
+	uint8_t tries;         /* transmissions so far that the transport took */
+	uint8_t missed;        /* of them past their deadline and not answered yet */
 	bool response_ready;
-	bool auto_free;			/* freed by itself after the parser ran */
+	bool auto_free; /* freed by itself after the parser ran */
 	int retries_left;
-	uint64_t timestamp_created;	/* ns */
-	uint64_t timestamp_sent;	/* ns, last transmission */
-	uint64_t timestamp_first_sent;	/* ns */
-	uint64_t timestamp_received;	/* ns, from the transport where it knows */
-	uint64_t waiting_since;		/* ns, the last attempt to transmit, refused or not */
-	uint64_t deadline;		/* ns, of the current try */
-	void *target_ptr;		/* payload from byte 8 is copied here */
-	size_t target_size;		/* never more than this is copied; at most 56 */
+	uint64_t timestamp_created;    /* ns */
+	uint64_t timestamp_sent;       /* ns, last transmission */
+	uint64_t timestamp_first_sent; /* ns */
+	uint64_t timestamp_received;   /* ns, from the transport where it knows */
+	uint64_t waiting_since;        /* ns, the last attempt to transmit, refused or not */
+	uint64_t deadline;             /* ns, of the current try */
+	void *target_ptr;              /* payload from byte 8 is copied here */
+	size_t target_size;            /* never more than this is copied; at most 56 */
 	pokeys_parser_t parser;
 	pokeys_refresh_t refresh;
 	void *context;
 	uint8_t request_buffer[POKEYS_PACKET_SIZE];
 	uint8_t response_buffer[POKEYS_PACKET_SIZE];
-	uint64_t serial;		/* counts the requests of this mailbox, from 1 */
-	uint64_t fixed_deadline_ns;	/* pokeys_request_set_deadline(), 0 = adaptive */
-	bool once;			/* pokeys_request_set_once() */
-	const void *operation;		/* the engine's: row of the operation table */
+	uint64_t serial;            /* counts the requests of this mailbox, from 1 */
+	uint64_t fixed_deadline_ns; /* pokeys_request_set_deadline(), 0 = adaptive */
+	bool once;                  /* pokeys_request_set_once() */
+	const void *operation;      /* the engine's: row of the operation table */
 };
 
 /* Each outcome of a received packet and of a request has a counter of its own. */
 struct pokeys_statistics {
 	uint64_t created;
-	uint64_t sent;			/* transmissions that the transport took ... */
-	uint64_t resent;		/* ... of them, repetitions */
-	uint64_t send_failed;		/* transmissions that the transport refused */
-	uint64_t received;		/* datagrams taken from the transport */
-	uint64_t accepted;		/* replies that completed a request */
-	uint64_t accepted_earlier_try;	/* ... of them, perhaps answers to an earlier try */
+	uint64_t sent;                 /* transmissions that the transport took ... */
+	uint64_t resent;               /* ... of them, repetitions */
+	uint64_t send_failed;          /* transmissions that the transport refused */
+	uint64_t received;             /* datagrams taken from the transport */
+	uint64_t accepted;             /* replies that completed a request */
+	uint64_t accepted_earlier_try; /* ... of them, perhaps answers to an earlier try */
 	uint64_t bad_length, bad_magic, bad_checksum, bad_source;
-	uint64_t bad_operation;		/* id in flight, operation or sub-operation differs */
-	uint64_t bad_check;		/* operation's own check (echo, status check byte) */
-	uint64_t not_in_flight;		/* stray: no request of that id is open */
-	uint64_t duplicate;		/* a request that was just answered, again */
-	uint64_t stale;			/* older than any answer can be */
-	uint64_t missed;		/* tries without a reply by their deadline */
-	uint64_t late;			/* ... of them, answered afterwards */
-	uint64_t lost;			/* ... never answered, known when the id is used again */
+	uint64_t bad_operation; /* id in flight, operation or sub-operation differs */
+	uint64_t bad_check;     /* operation's own check (echo, status check byte) */
+	uint64_t not_in_flight; /* stray: no request of that id is open */
+	uint64_t duplicate;     /* a request that was just answered, again */
+	uint64_t stale;         /* older than any answer can be */
+	uint64_t missed;        /* tries without a reply by their deadline */
+	uint64_t late;          /* ... of them, answered afterwards */
+	uint64_t lost;          /* ... never answered, known when the id is used again */
 	uint64_t done, timed_out, unknown, cancelled;
-	uint64_t refused_window;	/* create: window full */
-	uint64_t refused_budget;	/* send, or a resend that was due: budget used up */
-	uint64_t refused_id;		/* create: no id is free */
+	uint64_t refused_window; /* create: window full */
+	uint64_t refused_budget; /* send, or a resend that was due: budget used up */
+	uint64_t refused_id;     /* create: no id is free */
 	uint32_t in_flight, in_flight_high;
 	uint64_t rtt_last_ns, rtt_smoothed_ns, rtt_variation_ns, rtt_min_ns, rtt_max_ns;
-	uint64_t deadline_ns;		/* what a request sent now would get */
+	uint64_t deadline_ns; /* what a request sent now would get */
 };
 
 /* All in ns unless said otherwise; 0 in a field means its default. */
 struct pokeys_options {
-	uint64_t deadline_floor_ns;	/* default 300 us; range 50 us .. 1 s */
-	uint64_t deadline_ceiling_ns;	/* default 50 ms; range floor .. 5 s */
-	uint64_t deadline_initial_ns;	/* before a sample; default 10 ms; floor..ceiling */
-	uint64_t reply_lifetime_ns;	/* how late an answer may be; default 500 ms, 1 ms..60 s */
-	uint32_t retries;		/* of a read or write; default 3, range 1..20, or none */
-	uint32_t window;		/* in flight at most; default 8, range 1..64 */
-	uint32_t retry_budget;		/* resends a second; default 200, range 1..100000 */
-	uint32_t send_budget;		/* transmissions a second; default 8000, 1..1000000 */
-	uint32_t peer_address;		/* IPv4 host byte order; 0 = do not check */
-	uint16_t peer_port;		/* 0 = do not check */
+	uint64_t deadline_floor_ns;   /* default 300 us; range 50 us .. 1 s */
+	uint64_t deadline_ceiling_ns; /* default 50 ms; range floor .. 5 s */
+	uint64_t deadline_initial_ns; /* before a sample; default 10 ms; floor..ceiling */
+	uint64_t reply_lifetime_ns;   /* how late an answer may be; default 500 ms, 1 ms..60 s */
+	uint32_t retries;             /* of a read or write; default 3, range 1..20, or none */
+	uint32_t window;              /* in flight at most; default 8, range 1..64 */
+	uint32_t retry_budget;        /* resends a second; default 200, range 1..100000 */
+	uint32_t send_budget;         /* transmissions a second; default 8000, 1..1000000 */
+	uint32_t peer_address;        /* IPv4 host byte order; 0 = do not check */
+	uint16_t peer_port;           /* 0 = do not check */
 	uint8_t first_id;
 	uint8_t reserved;
-	uint64_t id_rest_ns;		/* after a clean answer; default 20 ms, at most lifetime */
+	uint64_t id_rest_ns; /* after a clean answer; default 20 ms, at most lifetime */
 };
 
 /*
@@ -241,23 +241,23 @@ struct pokeys_device {
 	struct pokeys_io io;
 	struct pokeys_options options;
 	struct pokeys_statistics statistics;
-	mailbox_entry_t mailbox[POKEYS_MAILBOX_SIZE];	/* index = request id */
-	uint64_t id_free_after[POKEYS_MAILBOX_SIZE];	/* ns; an id is not reused before */
-	uint8_t in_flight[POKEYS_WINDOW_MAX];		/* ids, oldest first */
+	mailbox_entry_t mailbox[POKEYS_MAILBOX_SIZE]; /* index = request id */
+	uint64_t id_free_after[POKEYS_MAILBOX_SIZE];  /* ns; an id is not reused before */
+	uint8_t in_flight[POKEYS_WINDOW_MAX];         /* ids, oldest first */
 	uint32_t in_flight_count;
 	uint8_t next_id;
-	uint8_t backoff;				/* doublings of the deadline */
-	uint8_t missed_in_row;				/* tries, up to 24 */
-	uint64_t now;					/* latest time seen */
+	uint8_t backoff;       /* doublings of the deadline */
+	uint8_t missed_in_row; /* tries, up to 24 */
+	uint64_t now;          /* latest time seen */
 	uint64_t retry_tokens, send_tokens, tokens_time;
-	uint64_t serial;				/* of the newest request */
-	uint64_t backoff_time;				/* of the last doubling */
-	uint32_t open_count;				/* created or in flight */
-	uint64_t id_shun_until[POKEYS_MAILBOX_SIZE];	/* serial; passed over until then */
-	uint16_t id_key[POKEYS_MAILBOX_SIZE];		/* what the last reply looked like */
-	uint8_t id_turn;				/* of the ids; varies the check byte */
-	uint8_t verdict;				/* enum pokeys_verdict, last datagram's */
-	uint64_t timeout_ns;				/* of a try, 0 = adaptive */
+	uint64_t serial;                             /* of the newest request */
+	uint64_t backoff_time;                       /* of the last doubling */
+	uint32_t open_count;                         /* created or in flight */
+	uint64_t id_shun_until[POKEYS_MAILBOX_SIZE]; /* serial; passed over until then */
+	uint16_t id_key[POKEYS_MAILBOX_SIZE];        /* what the last reply looked like */
+	uint8_t id_turn;                             /* of the ids; varies the check byte */
+	uint8_t verdict;                             /* enum pokeys_verdict, last datagram's */
+	uint64_t timeout_ns;                         /* of a try, 0 = adaptive */
 };
 
 /*
@@ -308,9 +308,8 @@ int CreateRequestAsync(pokeys_device_t *dev, pokeys_command_t command, const uin
 
 /* As CreateRequestAsync, with payload (at most 56 bytes, from byte 8; else -EINVAL). */
 int CreateRequestAsyncWithPayload(pokeys_device_t *dev, pokeys_command_t command,
-				  const uint8_t *params, size_t params_len,
-				  const void *payload, size_t payload_size,
-				  void *target, size_t target_size);
+				  const uint8_t *params, size_t params_len, const void *payload,
+				  size_t payload_size, void *target, size_t target_size);
 
 /*
  * The general form: a complete 64-byte packet as the encoders of wire/ make

@@ -56,70 +56,70 @@ enum {
 
 /* command.flags */
 enum {
-	POKEYS_COMMAND_MACHINE_ON = 1u << 0,	/* motion is wanted; its rising edge enables */
+	POKEYS_COMMAND_MACHINE_ON = 1u << 0, /* motion is wanted; its rising edge enables */
 	POKEYS_COMMAND_LIMIT_OVERRIDE = 1u << 1,
-	POKEYS_COMMAND_EMERGENCY = 1u << 2,	/* emergency stop: axes stop and outputs go to the
-						 * safe state at once, until this is 0 and
-						 * machine-on rises */
-	POKEYS_COMMAND_RESUMED = 1u << 3,	/* this commander already drove the device under an
-						 * earlier daemon: outputs wait for machine-on as
-						 * after a loss. Read only when a session begins */
-	POKEYS_COMMAND_ENDS = 1u << 4,		/* this commander is ending: the daemon carries out
-						 * this image, then treats the heartbeat as late.
-						 * pokeys_client_close() writes it */
+	POKEYS_COMMAND_EMERGENCY = 1u << 2, /* emergency stop: axes stop and outputs go to the
+					     * safe state at once, until this is 0 and
+					     * machine-on rises */
+	POKEYS_COMMAND_RESUMED = 1u << 3,   /* this commander already drove the device under an
+					     * earlier daemon: outputs wait for machine-on as
+					     * after a loss. Read only when a session begins */
+	POKEYS_COMMAND_ENDS = 1u << 4,      /* this commander is ending: the daemon carries out
+					     * this image, then treats the heartbeat as late.
+					     * pokeys_client_close() writes it */
 };
 
 /* command.kbd48_flags */
 enum {
-	POKEYS_KBD48_LEDS = 1u << 0,		/* kbd48_leds is commanded */
-	POKEYS_KBD48_BRIGHTNESS = 1u << 1,	/* kbd48_brightness is commanded */
+	POKEYS_KBD48_LEDS = 1u << 0,       /* kbd48_leds is commanded */
+	POKEYS_KBD48_BRIGHTNESS = 1u << 1, /* kbd48_brightness is commanded */
 };
 
 enum pokeys_axis_mode {
 	POKEYS_AXIS_OFF = 0,
-	POKEYS_AXIS_POSITION = 1,	/* absolute reference and speed */
+	POKEYS_AXIS_POSITION = 1, /* absolute reference and speed */
 	POKEYS_AXIS_VELOCITY = 2,
 	POKEYS_AXIS_BUFFERED = 3,
 };
 
 struct pokeys_axis_command {
-	int32_t position;		/* pulses; position and buffered mode */
-	float velocity;			/* pulses/s; position mode: feed forward, 0 = as fast as
-					 * allowed; velocity mode: with a sign */
-	uint8_t mode;			/* enum pokeys_axis_mode */
-	uint8_t enable;			/* 1 = this axis may move */
+	int32_t position; /* pulses; position and buffered mode */
+	float velocity;   /* pulses/s; position mode: feed forward, 0 = as fast as
+			   * allowed; velocity mode: with a sign */
+	uint8_t mode;     /* enum pokeys_axis_mode */
+	uint8_t enable;   /* 1 = this axis may move */
 	uint8_t reserved[6];
 };
 
 /* A servo motor. It is enabled at the rising edge of `enable`, at the commanded position. */
 struct pokeys_servo_command {
-	double position;		/* units of counts-per-unit */
-	float velocity;			/* units/s, of that position, for the feed-forward; NaN:
-					 * the daemon estimates it from the positions */
+	double position; /* units of counts-per-unit */
+	float velocity;  /* units/s, of that position, for the feed-forward; NaN:
+			  * the daemon estimates it from the positions */
 	uint8_t enable;
 	uint8_t reserved[3];
 };
 
 /* one_shot.flags of HOME, PROBE, SERVO_PLACE, SERVO_HOME and MOVE */
 enum {
-	POKEYS_HOME_FINISH_ITSELF = 1u << 0,	/* do not wait for HOME_FINISH */
+	POKEYS_HOME_FINISH_ITSELF = 1u << 0, /* do not wait for HOME_FINISH */
 	POKEYS_PROBE_ACTIVE_HIGH = 1u << 0,
-	POKEYS_PROBE_HYBRID = 1u << 1,		/* the commander moves: no mask, positions, speed */
-	POKEYS_SERVO_HOMED = 1u << 0,		/* that is its position on the machine */
+	POKEYS_PROBE_HYBRID = 1u << 1, /* the commander moves: no mask, positions, speed */
+	POKEYS_SERVO_HOMED = 1u << 0,  /* that is its position on the machine */
 	POKEYS_SERVO_END_HOMING = 1u << 1,
-	POKEYS_MOVE_BEGINS = 1u << 0,		/* a path: need not follow a taken move */
+	POKEYS_MOVE_BEGINS = 1u << 0, /* a path: need not follow a taken move */
 };
 
 enum pokeys_one_shot_operation {
-	POKEYS_ONE_SHOT_NOP = 0,		/* answered DONE at once: a test of the way */
-	POKEYS_ONE_SHOT_SET_ENCODER = 1,	/* index, value = counts */
-	POKEYS_ONE_SHOT_ARM_INDEX = 2,		/* index; the index pulse then zeroes the count */
+	POKEYS_ONE_SHOT_NOP = 0,         /* answered DONE at once: a test of the way */
+	POKEYS_ONE_SHOT_SET_ENCODER = 1, /* index, value = counts */
+	POKEYS_ONE_SHOT_ARM_INDEX = 2,   /* index; the index pulse then zeroes the count */
 	/*
 	 * Set position: mask of axes that are not driven, value[] = pulses. Its outcome comes
 	 * in the image with the new position and its odd position_epoch.
 	 */
 	POKEYS_ONE_SHOT_SET_POSITION = 3,
-	POKEYS_ONE_SHOT_CLEAR_FAULT = 4,	/* engine out of limit or emergency state */
+	POKEYS_ONE_SHOT_CLEAR_FAULT = 4, /* engine out of limit or emergency state */
 	/*
 	 * Homing: mask of axes that are homed together, value[] = home offsets,
 	 * parameter[0] = time limit in s (0 = 120). Its outcome comes when all of
@@ -127,8 +127,8 @@ enum pokeys_one_shot_operation {
 	 * one of them has no home switch (axis.N.home).
 	 */
 	POKEYS_ONE_SHOT_HOME = 5,
-	POKEYS_ONE_SHOT_HOME_CANCEL = 6,	/* done when the engine stands */
-	POKEYS_ONE_SHOT_HOME_FINISH = 7,	/* after HOME without POKEYS_HOME_FINISH_ITSELF */
+	POKEYS_ONE_SHOT_HOME_CANCEL = 6, /* done when the engine stands */
+	POKEYS_ONE_SHOT_HOME_FINISH = 7, /* after HOME without POKEYS_HOME_FINISH_ITSELF */
 	/*
 	 * Probing: mask of axes, value[] = furthest positions, parameter[0] = time
 	 * limit in s (0 = 60), parameter[1] = speed as part of the axes' highest,
@@ -136,19 +136,19 @@ enum pokeys_one_shot_operation {
 	 * Results: state.engine.axis[].probe, probe_status, task_result.
 	 */
 	POKEYS_ONE_SHOT_PROBE = 8,
-	POKEYS_ONE_SHOT_PROBE_FINISH = 9,	/* ends it; done when it has ended */
+	POKEYS_ONE_SHOT_PROBE_FINISH = 9, /* ends it; done when it has ended */
 	POKEYS_ONE_SHOT_RESET_COUNTERS = 10,
-	POKEYS_ONE_SHOT_SAVE_CONFIG = 11,	/* only while motion is not permitted */
-	POKEYS_ONE_SHOT_SET_RTC = 12,		/* value[] = year, month, day, hour, minute, second,
-						 * day of week 0..6, day of year */
-	POKEYS_ONE_SHOT_REBOOT = 13,		/* only while motion is not permitted */
+	POKEYS_ONE_SHOT_SAVE_CONFIG = 11, /* only while motion is not permitted */
+	POKEYS_ONE_SHOT_SET_RTC = 12,     /* value[] = year, month, day, hour, minute, second,
+					   * day of week 0..6, day of year */
+	POKEYS_ONE_SHOT_REBOOT = 13,      /* only while motion is not permitted */
 	/*
 	 * All axes that are set up with an encoder for it (mpg-encoder) follow their hand
 	 * wheels until JOG_END, whatever is commanded. parameter[0] = time limit in s,
 	 * 0 = none. Its outcome comes with the end: DONE if it was JOG_END.
 	 */
 	POKEYS_ONE_SHOT_JOG = 14,
-	POKEYS_ONE_SHOT_JOG_END = 15,		/* done when the engine stands */
+	POKEYS_ONE_SHOT_JOG_END = 15, /* done when the engine stands */
 	/*
 	 * Threading by the device, docs/motion.md; why one was refused says
 	 * state.threading.refused. PREPARE waits until the buffer is empty, FORCE does not;
@@ -156,9 +156,9 @@ enum pokeys_one_shot_operation {
 	 */
 	POKEYS_ONE_SHOT_THREAD_PREPARE = 16,
 	POKEYS_ONE_SHOT_THREAD_FORCE = 17,
-	POKEYS_ONE_SHOT_THREAD_ARM = 18,	/* done when it waits for the index or is active */
-	POKEYS_ONE_SHOT_THREAD_RELEASE = 19,	/* done when nothing is left to be caught up */
-	POKEYS_ONE_SHOT_THREAD_CANCEL = 20,	/* done when the engine stands */
+	POKEYS_ONE_SHOT_THREAD_ARM = 18,     /* done when it waits for the index or is active */
+	POKEYS_ONE_SHOT_THREAD_RELEASE = 19, /* done when nothing is left to be caught up */
+	POKEYS_ONE_SHOT_THREAD_CANCEL = 20,  /* done when the engine stands */
 	/* index = heater, here and below. Refused while the cause of its fault is there. */
 	POKEYS_ONE_SHOT_HEATER_RESET = 21,
 	/*
@@ -221,38 +221,38 @@ enum pokeys_one_shot_operation {
 
 /* Controls the path. ABORT and STOP are refused if there is no path. */
 enum pokeys_moves_control {
-	POKEYS_MOVES_HOLD = 0,		/* slow down on the path, and wait there */
+	POKEYS_MOVES_HOLD = 0, /* slow down on the path, and wait there */
 	POKEYS_MOVES_RESUME = 1,
-	POKEYS_MOVES_FEED = 2,		/* part of the commanded speeds, until the session ends */
-	POKEYS_MOVES_ABORT = 3,		/* slow down on the path, and discard the rest */
-	POKEYS_MOVES_STOP = 4,		/* stop the commanded positions at once, and discard
-					 * the rest; an axis in position mode passes its
-					 * position and comes back to it, and with one in
-					 * buffered mode this is ABORT */
+	POKEYS_MOVES_FEED = 2,  /* part of the commanded speeds, until the session ends */
+	POKEYS_MOVES_ABORT = 3, /* slow down on the path, and discard the rest */
+	POKEYS_MOVES_STOP = 4,  /* stop the commanded positions at once, and discard
+				 * the rest; an axis in position mode passes its
+				 * position and comes back to it, and with one in
+				 * buffered mode this is ABORT */
 };
 
 struct pokeys_one_shot {
-	uint32_t id;			/* the n-th one-shot of this session is n */
-	uint8_t operation;		/* enum pokeys_one_shot_operation */
+	uint32_t id;       /* the n-th one-shot of this session is n */
+	uint8_t operation; /* enum pokeys_one_shot_operation */
 	uint8_t index;
 	uint8_t mask;
 	uint8_t flags;
 	int32_t value[8];
 	float parameter[4];
-	uint8_t fraction[8];		/* MOVE: 256ths, added to value[] */
+	uint8_t fraction[8]; /* MOVE: 256ths, added to value[] */
 };
 
 struct pokeys_command {
 	uint32_t magic;
 	uint16_t version, size_units;
 	uint64_t hash;
-	uint64_t heartbeat;		/* changes at each write */
-	uint64_t t_ns;			/* CLOCK_MONOTONIC of the write */
-	uint64_t t_thread_ns;		/* when the servo thread's last read of the state began;
-					 * 0 = it has not read any. Also for phase lock */
-	uint64_t period_ns;		/* of the commander */
-	uint32_t session;		/* differs for each start of the commander, never 0 */
-	uint32_t flags;			/* POKEYS_COMMAND_* */
+	uint64_t heartbeat;   /* changes at each write */
+	uint64_t t_ns;        /* CLOCK_MONOTONIC of the write */
+	uint64_t t_thread_ns; /* when the servo thread's last read of the state began;
+			       * 0 = it has not read any. Also for phase lock */
+	uint64_t period_ns;   /* of the commander */
+	uint32_t session;     /* differs for each start of the commander, never 0 */
+	uint32_t flags;       /* POKEYS_COMMAND_* */
 	/*
 	 * How old the fast data were when the commander read them, ns, before its
 	 * last writes: that before this one at [heartbeat % 16]; 0 = not fresh, or
@@ -261,31 +261,31 @@ struct pokeys_command {
 	 */
 	uint32_t read_age_ns[POKEYS_READ_AGES];
 
-	uint8_t digital_out[POKEYS_PIN_BYTES];		/* value */
-	uint8_t digital_out_mask[POKEYS_PIN_BYTES];	/* 1 = commanded by us */
-	uint32_t pwm_duty[POKEYS_PWM];			/* ticks */
-	uint32_t pwm_period;				/* ticks; 0 = leave */
-	uint32_t pwm_enable;				/* bit = channel */
-	uint8_t poextbus[16];				/* [0..9] */
+	uint8_t digital_out[POKEYS_PIN_BYTES];      /* value */
+	uint8_t digital_out_mask[POKEYS_PIN_BYTES]; /* 1 = commanded by us */
+	uint32_t pwm_duty[POKEYS_PWM];              /* ticks */
+	uint32_t pwm_period;                        /* ticks; 0 = leave */
+	uint32_t pwm_enable;                        /* bit = channel */
+	uint8_t poextbus[16];                       /* [0..9] */
 	uint8_t poextbus_mask[16];
 	uint8_t external_outputs, external_outputs_mask, relays, relays_mask;
 	uint32_t reserved;
 	uint8_t ponet_data[POKEYS_PONET][16];
 	uint8_t ponet_brightness[POKEYS_PONET];
-	uint32_t ponet_mask;				/* bit = module is commanded */
-	uint8_t kbd48_flags;				/* POKEYS_KBD48_* */
+	uint32_t ponet_mask; /* bit = module is commanded */
+	uint8_t kbd48_flags; /* POKEYS_KBD48_* */
 	uint8_t kbd48_brightness;
 	uint8_t reserved3[2];
-	uint64_t kbd48_leds;				/* bits as in state.kbd48_keys */
+	uint64_t kbd48_leds; /* bits as in state.kbd48_keys */
 	struct pokeys_axis_command axis[POKEYS_AXES];
-	float heater_target[POKEYS_HEATERS];		/* degrees C, 0 = off */
-	uint32_t heater_mask;				/* bit = heater is commanded; others are
-							 * off */
+	float heater_target[POKEYS_HEATERS]; /* degrees C, 0 = off */
+	uint32_t heater_mask;                /* bit = heater is commanded; others are
+					      * off */
 	struct pokeys_servo_command servo[POKEYS_SERVOS];
 
-	uint32_t one_shot_head;		/* one-shots ever queued in this session */
+	uint32_t one_shot_head; /* one-shots ever queued in this session */
 	uint32_t reserved2;
-	struct pokeys_one_shot one_shot[POKEYS_ONE_SHOTS];	/* [id % 64] */
+	struct pokeys_one_shot one_shot[POKEYS_ONE_SHOTS]; /* [id % 64] */
 };
 
 #ifdef __cplusplus

@@ -29,20 +29,20 @@ enum {
 };
 
 struct pokeys_event {
-	uint64_t number;		/* 1 = the first since the daemon's start */
-	uint64_t t_ns;			/* when it happened, CLOCK_MONOTONIC */
-	uint64_t wall_ns;		/* the same, by CLOCK_REALTIME */
-	uint16_t level;			/* syslog's: 3 error, 4 warning, 5 notice, 6 info */
-	uint16_t flags;			/* POKEYS_EVENT_ */
-	uint32_t held;			/* earlier ones of this kind that were only counted */
-	char kind[POKEYS_EVENT_KIND_MAX];	/* a word, such as "link" or "safe-state" */
-	char text[POKEYS_EVENT_TEXT_MAX];	/* one line, without the device's name */
+	uint64_t number;                  /* 1 = the first since the daemon's start */
+	uint64_t t_ns;                    /* when it happened, CLOCK_MONOTONIC */
+	uint64_t wall_ns;                 /* the same, by CLOCK_REALTIME */
+	uint16_t level;                   /* syslog's: 3 error, 4 warning, 5 notice, 6 info */
+	uint16_t flags;                   /* POKEYS_EVENT_ */
+	uint32_t held;                    /* earlier ones of this kind that were only counted */
+	char kind[POKEYS_EVENT_KIND_MAX]; /* a word, such as "link" or "safe-state" */
+	char text[POKEYS_EVENT_TEXT_MAX]; /* one line, without the device's name */
 };
 
 /* Where a reader is. All zero: before the oldest event that is kept. */
 struct pokeys_events_cursor {
-	uint64_t epoch;			/* which daemon's (state.epoch) */
-	uint64_t next;			/* number of the event to read next */
+	uint64_t epoch; /* which daemon's (state.epoch) */
+	uint64_t next;  /* number of the event to read next */
 };
 
 #ifdef __cplusplus

@@ -70,47 +70,48 @@ enum {
 
 /* Protocol section 3.24.4. Pins of switches and enable: 0 = dedicated input, else 1-based. */
 struct pokeys_axis_settings {
-	uint32_t set;			/* POKEYS_AXIS_SET_* */
-	uint8_t options, options_mask;	/* 1 enabled, 2 inverted, 4 internal planner, 8 position
-					 * mode, 16 home inverted, 32 soft limits, 128 masked */
-	uint8_t switches, switches_mask;	/* 1 limit-, 2 limit+, 4 home, 8 home on limit-,
-					 * 16 home on limit+, 32/64/128 invert limit-/limit+/home */
+	uint32_t set;                  /* POKEYS_AXIS_SET_* */
+	uint8_t options, options_mask; /* 1 enabled, 2 inverted, 4 internal planner, 8 position
+					* mode, 16 home inverted, 32 soft limits, 128 masked */
+	uint8_t switches,
+		switches_mask; /* 1 limit-, 2 limit+, 4 home, 8 home on limit-,
+				* 16 home on limit+, 32/64/128 invert limit-/limit+/home */
 	uint8_t pin_limit_minus, pin_limit_plus, pin_home, pin_enable;
 	uint8_t invert_enable;
-	uint8_t filter_limit_minus, filter_limit_plus, filter_home, filter_probe;	/* 0..254 */
-	uint8_t homing_algorithm;	/* low nibble on activation, high nibble on release */
-	uint8_t homing_speed;		/* % of max_speed */
-	uint8_t homing_return;		/* % of the homing speed */
-	uint8_t mpg_encoder;		/* 1-based, 0 none */
-	uint8_t signals;		/* 1 invert step, 2 invert direction, 4 index falling */
+	uint8_t filter_limit_minus, filter_limit_plus, filter_home, filter_probe; /* 0..254 */
+	uint8_t homing_algorithm; /* low nibble on activation, high nibble on release */
+	uint8_t homing_speed;     /* % of max_speed */
+	uint8_t homing_return;    /* % of the homing speed */
+	uint8_t mpg_encoder;      /* 1-based, 0 none */
+	uint8_t signals;          /* 1 invert step, 2 invert direction, 4 index falling */
 	int16_t mpg_multiplier;
 	uint16_t mpg_divider;
-	uint16_t backlash_half;		/* half of the play, pulses */
-	int32_t soft_minimum, soft_maximum;	/* pulses */
-	int32_t back_off;			/* pulses */
-	float max_speed;			/* pulses/s */
-	float max_acceleration, max_deceleration;	/* pulses/s^2 */
-	uint8_t backlash_acceleration;	/* pulses/ms^2 */
-	uint8_t postep_type;		/* of the PoStep driver, 0 none */
-	uint8_t postep_address;		/* I2C */
-	uint8_t postep_step;		/* 0..8 = full step .. 1/256 */
-	uint8_t postep_temperature;	/* limit, degrees C */
+	uint16_t backlash_half;                   /* half of the play, pulses */
+	int32_t soft_minimum, soft_maximum;       /* pulses */
+	int32_t back_off;                         /* pulses */
+	float max_speed;                          /* pulses/s */
+	float max_acceleration, max_deceleration; /* pulses/s^2 */
+	uint8_t backlash_acceleration;            /* pulses/ms^2 */
+	uint8_t postep_type;                      /* of the PoStep driver, 0 none */
+	uint8_t postep_address;                   /* I2C */
+	uint8_t postep_step;                      /* 0..8 = full step .. 1/256 */
+	uint8_t postep_temperature;               /* limit, degrees C */
 	uint8_t reserved[7];
 };
 
 /* Protocol section 3.8. Encoders 0..24. */
 struct pokeys_encoder_settings {
-	uint8_t options, options_mask;	/* 1 count, 2 4x sampling, 4 2x sampling, 16..128 key
-					 * maps */
-	uint8_t pins_set;		/* 1 = pin_a and pin_b are meant */
-	uint8_t pin_a, pin_b;		/* 0-based */
+	uint8_t options, options_mask; /* 1 count, 2 4x sampling, 4 2x sampling, 16..128 key
+					* maps */
+	uint8_t pins_set;              /* 1 = pin_a and pin_b are meant */
+	uint8_t pin_a, pin_b;          /* 0-based */
 	uint8_t reserved[3];
 };
 
 /* settings.set */
 enum {
-	POKEYS_SET_FAST_ENCODERS = 1u << 0,	/* fast_configuration and fast_options */
-	POKEYS_SET_ULTRA_FAST = 1u << 1,	/* ultra_* */
+	POKEYS_SET_FAST_ENCODERS = 1u << 0, /* fast_configuration and fast_options */
+	POKEYS_SET_ULTRA_FAST = 1u << 1,    /* ultra_* */
 	POKEYS_SET_PWM_PERIOD = 1u << 2,
 	POKEYS_SET_ANALOG_FILTER = 1u << 3,
 	POKEYS_SET_AXES = 1u << 4,
@@ -119,61 +120,61 @@ enum {
 	POKEYS_SET_EMERGENCY_INVERT = 1u << 7,
 	POKEYS_SET_EMERGENCY_PIN = 1u << 8,
 	POKEYS_SET_POWER_STATES = 1u << 9,
-	POKEYS_SET_FAILSAFE = 1u << 10,		/* failsafe_* as a whole */
-	POKEYS_SET_MATRIX = 1u << 11,		/* matrix_* as a whole */
+	POKEYS_SET_FAILSAFE = 1u << 10, /* failsafe_* as a whole */
+	POKEYS_SET_MATRIX = 1u << 11,   /* matrix_* as a whole */
 	POKEYS_SET_NAME = 1u << 12,
-	POKEYS_SET_POEXTBUS = 1u << 13,		/* poextbus_* */
-	POKEYS_SET_BACKLASH = 1u << 14,		/* backlash_enable */
+	POKEYS_SET_POEXTBUS = 1u << 13, /* poextbus_* */
+	POKEYS_SET_BACKLASH = 1u << 14, /* backlash_enable */
 	POKEYS_SET_BACKLASH_SPEED = 1u << 15,
-	POKEYS_SET_POSTEP = 1u << 16,		/* postep_enable */
-	POKEYS_SET_SYNC_PWM = 1u << 17,		/* sync_pwm_* as a whole */
-	POKEYS_SET_SYNC_OUTPUTS = 1u << 18,	/* sync_out_* as a whole */
-	POKEYS_SET_THREADING = 1u << 19,	/* threading_* as a whole */
+	POKEYS_SET_POSTEP = 1u << 16,       /* postep_enable */
+	POKEYS_SET_SYNC_PWM = 1u << 17,     /* sync_pwm_* as a whole */
+	POKEYS_SET_SYNC_OUTPUTS = 1u << 18, /* sync_out_* as a whole */
+	POKEYS_SET_THREADING = 1u << 19,    /* threading_* as a whole */
 };
 
 struct pokeys_settings {
-	uint32_t set;				/* POKEYS_SET_* */
-	uint32_t pwm_period;			/* ticks of capability.pwm_hz */
-	uint8_t pin_set[POKEYS_PIN_BYTES];	/* bit = pin_function[] is meant */
-	uint8_t pin_function[56];		/* protocol section 3.2 */
+	uint32_t set;                      /* POKEYS_SET_* */
+	uint32_t pwm_period;               /* ticks of capability.pwm_hz */
+	uint8_t pin_set[POKEYS_PIN_BYTES]; /* bit = pin_function[] is meant */
+	uint8_t pin_function[56];          /* protocol section 3.2 */
 	struct pokeys_encoder_settings encoder[25];
-	uint8_t fast_configuration, fast_options;	/* protocol section 3.8, 0xCE; 1 index
-						 * inputs, 16 no 4x, 32/64/128 invert */
-	uint8_t ultra_enable, ultra_options;		/* 0x1C */
+	uint8_t fast_configuration, fast_options; /* protocol section 3.8, 0xCE; 1 index
+						   * inputs, 16 no 4x, 32/64/128 invert */
+	uint8_t ultra_enable, ultra_options;      /* 0x1C */
 	uint32_t ultra_filter;
-	uint8_t axes;				/* number enabled, 0..8 */
-	uint8_t charge_pump;			/* 0 off, 1 default pin, else pin */
-	uint8_t generator;			/* type, 0x40 swap step and direction, 0x80
-						 * extended I/O */
+	uint8_t axes;        /* number enabled, 0..8 */
+	uint8_t charge_pump; /* 0 off, 1 default pin, else pin */
+	uint8_t generator;   /* type, 0x40 swap step and direction, 0x80
+			      * extended I/O */
 	uint8_t emergency_invert;
-	uint8_t emergency_pin;			/* as on the wire: 0 off, 1 default, else
-						 * terminal + 10 */
+	uint8_t emergency_pin; /* as on the wire: 0 off, 1 default, else
+				* terminal + 10 */
 	uint8_t power_states;
 	uint8_t poextbus_connector, poextbus_no_crc;
-	uint8_t failsafe_timeout;		/* 100 ms, 0 off */
-	uint8_t failsafe_peripherals;		/* 1 digital, 2 PoExtBus, 4 PWM, 8 pulse engine */
+	uint8_t failsafe_timeout;     /* 100 ms, 0 off */
+	uint8_t failsafe_peripherals; /* 1 digital, 2 PoExtBus, 4 PWM, 8 pulse engine */
 	uint8_t failsafe_outputs[POKEYS_PIN_BYTES];
 	uint8_t failsafe_poextbus[POKEYS_POEXTBUS];
-	uint8_t failsafe_pwm[POKEYS_PWM];	/* percent */
-	uint8_t matrix_enable, matrix_rows, matrix_columns;	/* 1..16 rows, 1..8 columns */
-	uint8_t matrix_row_pin[16], matrix_column_pin[8];	/* 0-based */
+	uint8_t failsafe_pwm[POKEYS_PWM];                   /* percent */
+	uint8_t matrix_enable, matrix_rows, matrix_columns; /* 1..16 rows, 1..8 columns */
+	uint8_t matrix_row_pin[16], matrix_column_pin[8];   /* 0-based */
 	uint8_t reserved[7];
-	uint32_t analog_filter;			/* protocol section 3.5, RC filter, 0 = none */
-	char name[24];				/* at most 20 characters, NUL terminated */
+	uint32_t analog_filter; /* protocol section 3.5, RC filter, 0 = none */
+	char name[24];          /* at most 20 characters, NUL terminated */
 	uint8_t backlash_enable;
-	uint8_t backlash_speed;			/* as on the wire, its unit is not documented */
-	uint8_t postep_enable;			/* the device talks to PoStep drivers */
-	uint8_t sync_pwm_enable, sync_pwm_axis, sync_pwm_channel;	/* channel 0..5 */
+	uint8_t backlash_speed; /* as on the wire, its unit is not documented */
+	uint8_t postep_enable;  /* the device talks to PoStep drivers */
+	uint8_t sync_pwm_enable, sync_pwm_axis, sync_pwm_channel; /* channel 0..5 */
 	uint8_t sync_out_enable, sync_out_axis;
-	uint8_t sync_out_pin[8];		/* per bit: terminal, 0 none, 92..99 external
-						 * output */
-	uint8_t threading_mode;			/* 0 index, 1 encoder and index, 2, 3 the same at
-						 * high speed; 0x40 count index pulses, 0x80
-						 * test */
-	uint8_t threading_ignore;		/* bit = axis that does not take part */
-	uint16_t threading_ticks;		/* of the encoder, a revolution */
-	uint16_t threading_rpm;			/* aimed at */
-	uint16_t threading_speed_gain, threading_position_gain;	/* unit not documented */
+	uint8_t sync_out_pin[8];  /* per bit: terminal, 0 none, 92..99 external
+				   * output */
+	uint8_t threading_mode;   /* 0 index, 1 encoder and index, 2, 3 the same at
+				   * high speed; 0x40 count index pulses, 0x80
+				   * test */
+	uint8_t threading_ignore; /* bit = axis that does not take part */
+	uint16_t threading_ticks; /* of the encoder, a revolution */
+	uint16_t threading_rpm;   /* aimed at */
+	uint16_t threading_speed_gain, threading_position_gain; /* unit not documented */
 	uint8_t reserved2[6];
 	struct pokeys_axis_settings axis[POKEYS_AXES];
 };
@@ -183,18 +184,18 @@ struct pokeys_wish {
 	uint32_t magic;
 	uint16_t version, size_units;
 	uint64_t hash;
-	uint32_t session;		/* of the command image */
-	uint32_t generation;		/* differs for each write, never 0 */
+	uint32_t session;    /* of the command image */
+	uint32_t generation; /* differs for each write, never 0 */
 	struct pokeys_settings settings;
 };
 
 /* state.config_state, report.state */
 enum pokeys_config_state {
-	POKEYS_CONFIG_UNKNOWN = 0,	/* the device's settings have not been read */
-	POKEYS_CONFIG_WAITING = 1,	/* differences wait for the machine to be off */
+	POKEYS_CONFIG_UNKNOWN = 0, /* the device's settings have not been read */
+	POKEYS_CONFIG_WAITING = 1, /* differences wait for the machine to be off */
 	POKEYS_CONFIG_APPLYING = 2,
-	POKEYS_CONFIG_APPLIED = 3,	/* all that is wanted, the device has */
-	POKEYS_CONFIG_REFUSED = 4,	/* but for report.refused */
+	POKEYS_CONFIG_APPLIED = 3, /* all that is wanted, the device has */
+	POKEYS_CONFIG_REFUSED = 4, /* but for report.refused */
 };
 
 /* report.refused: which setting; report.refused_index: of which pin, encoder or axis. */
@@ -228,14 +229,14 @@ struct pokeys_report {
 	uint16_t version, size_units;
 	uint64_t hash;
 	uint64_t epoch, t_publish_ns;
-	uint32_t count;			/* reports since the daemon's start; state.report_count */
-	uint32_t generation;		/* of the wish that is in `wanted`; 0 = none yet */
-	uint8_t state;			/* enum pokeys_config_state */
-	uint8_t refused;		/* enum pokeys_setting, the last one */
+	uint32_t count;      /* reports since the daemon's start; state.report_count */
+	uint32_t generation; /* of the wish that is in `wanted`; 0 = none yet */
+	uint8_t state;       /* enum pokeys_config_state */
+	uint8_t refused;     /* enum pokeys_setting, the last one */
 	uint8_t refused_index;
 	uint8_t reserved[5];
-	struct pokeys_settings device;	/* as the device has it */
-	struct pokeys_settings wanted;	/* pokeysd.conf and wish together */
+	struct pokeys_settings device; /* as the device has it */
+	struct pokeys_settings wanted; /* pokeysd.conf and wish together */
 };
 
 #ifdef __cplusplus

@@ -36,23 +36,23 @@ extern "C" {
 #define POKEYS_RUNTIME_DIRECTORY "/run/pokeysd"
 
 enum {
-	POKEYS_SHM_NAME_MAX = 32,	/* device names: 1..31 of [A-Za-z0-9_-] */
-	POKEYS_SHM_READERS = 32,	/* of one of iceoryx2's images at once: commanders */
+	POKEYS_SHM_NAME_MAX = 32, /* device names: 1..31 of [A-Za-z0-9_-] */
+	POKEYS_SHM_READERS = 32,  /* of one of iceoryx2's images at once: commanders */
 };
 
 typedef struct pokeys_client pokeys_client;
 
 /* pokeys_client_open flags */
 enum {
-	POKEYS_CLIENT_COMMANDER = 1u << 0,	/* also take the device's one command image */
-	POKEYS_CLIENT_EVENTS = 1u << 1,		/* for pokeys_client_wait() */
+	POKEYS_CLIENT_COMMANDER = 1u << 0, /* also take the device's one command image */
+	POKEYS_CLIENT_EVENTS = 1u << 1,    /* for pokeys_client_wait() */
 };
 
 /* pokeys_client_status() */
 enum pokeys_client_state {
-	POKEYS_CLIENT_DETACHED = 0,	/* no daemon there (yet, or any more) */
+	POKEYS_CLIENT_DETACHED = 0, /* no daemon there (yet, or any more) */
 	POKEYS_CLIENT_ATTACHED = 1,
-	POKEYS_CLIENT_REFUSED = 2,	/* a daemon is there, but: see the reason */
+	POKEYS_CLIENT_REFUSED = 2, /* a daemon is there, but: see the reason */
 };
 
 /*

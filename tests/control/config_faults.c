@@ -68,9 +68,9 @@ static void sections_are_judged_even_when_empty(void **state)
 {
 	(void)state;
 	assert_fault("[devices]\n" GOOD, "f:1: there is no section [devices]; sections are "
-		     "[daemon], [device NAME], [heater NAME] and [servo NAME]");
+					 "[daemon], [device NAME], [heater NAME] and [servo NAME]");
 	assert_fault(GOOD "[device b]\n", "f:3: [device b]: neither address nor serial is given; "
-		     "one of them says where the device is");
+					  "one of them says where the device is");
 	assert_fault(GOOD "[device]\n",
 		     "f:3: there is no section [device]; sections are [daemon], [device NAME], "
 		     "[heater NAME] and [servo NAME]");
@@ -83,9 +83,8 @@ static void sections_are_judged_even_when_empty(void **state)
 	assert_fault(GOOD "[device b] x\nserial=4\n",
 		     "f:3: \"[device b] x\" is not a section; [daemon], "
 		     "[device NAME], [heater NAME] and [servo NAME] are");
-	assert_fault(GOOD "[daemon\n",
-		     "f:3: \"[daemon\" is not a section; [daemon], "
-		     "[device NAME], [heater NAME] and [servo NAME] are");
+	assert_fault(GOOD "[daemon\n", "f:3: \"[daemon\" is not a section; [daemon], "
+				       "[device NAME], [heater NAME] and [servo NAME] are");
 	assert_fault(GOOD GOOD, "f:3: [device a] was there before, at line 1");
 	assert_fault("[daemon]\n" GOOD "[daemon]\n", "f:4: [daemon] was there before, at line 1");
 	assert_fault("", "f: there is no [device NAME] section; add one with the line address = "
@@ -103,13 +102,15 @@ static void an_address_of_many_is_no_devices(void **state)
 	(void)state;
 	for (size_t i = 0; i < sizeof(many) / sizeof(many[0]); i++) {
 		snprintf(text, sizeof(text), "[device a]\naddress = %s\n", many[i]);
-		snprintf(expected, sizeof(expected), "f:2: [device a]: address: \"%s\" is no "
+		snprintf(expected, sizeof(expected),
+			 "f:2: [device a]: address: \"%s\" is no "
 			 "device's address; allowed: an IPv4 address such as 192.168.1.20",
 			 many[i]);
 		assert_fault(text, expected);
 	}
 	assert_int_equal(parse("[daemon]\ndiscovery-address = 255.255.255.255\n"
-			       "[device a]\naddress = 223.255.255.255\n"), 0);
+			       "[device a]\naddress = 223.255.255.255\n"),
+			 0);
 }
 
 /* Sockets have names of at most 107 characters, and theirs are below it. */
@@ -150,13 +151,15 @@ static void comments_blanks_and_editors_marks_do_no_harm(void **state)
 	assert_int_equal(parse("\xef\xbb\xbf# first\r\n; second\r\n[daemon] ; third\r\n\r\n"
 			       "  priority\t=  7 # of 98\r\n[device a];x\r\naddress = 10.0.0.1 ; "
 			       "here\r\n"
-			       "   \t\r\nport=1\r\n#"), 1);
+			       "   \t\r\nport=1\r\n#"),
+			 1);
 	assert_string_equal(heard.line[0], "f:6: \"[device a];x\" is not a section; [daemon], "
 					   "[device NAME], [heater NAME] and [servo NAME] are");
 	assert_int_equal(parse("\xef\xbb\xbf# first\r\n; second\r\n[daemon] ; third\r\n\r\n"
 			       "  priority\t=  7 # of 98\r\n[device a] ;x\r\naddress = 10.0.0.1 ; "
 			       "here\r\n"
-			       "   \t\r\nport=1\r\n#"), 0);
+			       "   \t\r\nport=1\r\n#"),
+			 0);
 	assert_int_equal(config.priority, 7);
 	assert_int_equal(config.device[0].port, 1);
 }
@@ -230,7 +233,7 @@ static void values_that_are_wrong_together_are_a_fault(void **state)
 		     "f:5: [device a]: threading-speed-gain needs threading-position-gain as well");
 	assert_fault(GOOD "threading-mode = encoder\nthreading-rpm = 600\nthreading-speed-gain = "
 			  "5\n"
-		     "threading-position-gain = 6\n",
+			  "threading-position-gain = 6\n",
 		     "f:6: [device a]: threading-position-gain needs threading-ticks as well");
 	assert_fault(GOOD "threading-ignore-axes = 4\n",
 		     "f:3: [device a]: threading-ignore-axes needs threading-mode as well");
@@ -238,7 +241,7 @@ static void values_that_are_wrong_together_are_a_fault(void **state)
 		     "f:3: [device a]: axis.1.soft-limits = on needs axis.1.soft-minimum and "
 		     "axis.1.soft-maximum");
 	assert_fault(GOOD "axis.1.soft-limits = on\naxis.1.soft-minimum = "
-		     "4\naxis.1.soft-maximum=4\n",
+			  "4\naxis.1.soft-maximum=4\n",
 		     "f:5: [device a]: axis.1.soft-maximum has to be above axis.1.soft-minimum");
 }
 
@@ -251,9 +254,11 @@ static void the_internal_generator_has_three_slow_axes(void **state)
 		     "f:3: [device a]: axis.2.max-speed = 25001 is above the 25000 pulses/s of "
 		     "generator = internal");
 	assert_int_equal(parse(GOOD "axes = 3\naxis.2.max-speed = 25000\n"
-			       "generator = internal\n"), 0);
+				    "generator = internal\n"),
+			 0);
 	assert_int_equal(parse(GOOD "axes = 8\naxis.7.max-speed = 125000\n"
-			       "generator = external\n"), 0);
+				    "generator = external\n"),
+			 0);
 }
 
 static void two_sections_for_one_device_are_a_fault(void **state)
@@ -343,7 +348,8 @@ static void check_tells_what_is_not_on_this_machine_with_its_line(void **state)
 {
 	(void)state;
 	assert_int_equal(check_here("[daemon]\ngroup = no-such-group\ninterface = nosuch0\n"
-				    "cpu = 1023\n" GOOD), 3);
+				    "cpu = 1023\n" GOOD),
+			 3);
 	assert_non_null(strstr(heard.line[0], ":2: [daemon]: group: there is no group"));
 	assert_non_null(strstr(heard.line[1], ":3: [daemon]: interface: there is no network"));
 	assert_non_null(strstr(heard.line[2], ":4: [daemon]: cpu: \"1023\" is not on this"));
@@ -353,14 +359,17 @@ static void check_notes_a_switch_that_is_not_used(void **state)
 {
 	(void)state;
 	assert_int_equal(check_here(GOOD "axis.0.home-pin = 5\naxis.0.home-invert = on\n"
-				    "axis.1.limit-plus-filter = 3\n"), 0);
+					 "axis.1.limit-plus-filter = 3\n"),
+			 0);
 	assert_int_equal(heard.count, 2);
-	assert_non_null(strstr(heard.line[0], ":3: [device a]: axis.0.home-pin: the switch is used "
+	assert_non_null(strstr(heard.line[0],
+			       ":3: [device a]: axis.0.home-pin: the switch is used "
 			       "only with axis.0.home = on, which is not given (off, if that is "
 			       "meant)"));
 	assert_non_null(strstr(heard.line[1], ":5: [device a]: axis.1.limit-plus-filter: the "));
 	assert_int_equal(check_here(GOOD "axis.0.home-pin = 5\naxis.0.home = off\n"
-				    "axis.1.limit-plus-pin = 3\naxis.1.limit-plus = on\n"), 0);
+					 "axis.1.limit-plus-pin = 3\naxis.1.limit-plus = on\n"),
+			 0);
 	assert_int_equal(heard.count, 0);
 }
 
@@ -413,7 +422,7 @@ static void a_fifo_is_refused_without_waiting(void **state)
 	unlink(path);
 	assert_int_equal(mkfifo(path, 0600), 0);
 	memset(&heard, 0, sizeof(heard));
-	alarm(60);	/* it did wait */
+	alarm(60); /* it did wait */
 	assert_int_equal(config_read(path, &config, hear, &heard), 1);
 	alarm(0);
 	unlink(path);

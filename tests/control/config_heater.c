@@ -59,15 +59,20 @@ static void every_key_arrives(void **state)
 	const struct heater_config *loop = &heater(1)->heater;
 
 	(void)state;
-	assert_int_equal(parse(GOOD "digital-outputs = 12, 13\ninverted-pins = 12\n" BED
-		"[heater oven]\ndevice = a\nsensor-pin = 41\nsensor = table\n"
-		"sensor-points = 300:0.5, 100:2, 0:3, -10:3.1\npull-up-ohm = 0\nreference-v = 5\n"
-		"output-pin = 12\nmin-switch-s = 10\ncontrol = bang-bang\nhysteresis = 2\n"
-		"min-temperature = 1\nmax-temperature = 250\nmax-target = 240\nmax-power = 0.5\n"
-		"max-rate = 3\nmax-age-ms = 500\nwatch-window-s = 120\nwatch-rise = 2\n"
-		"watch-slack = 9\n"
-		"at-temperature-k = 5\nhold-s = ever\non-fault = machine\n"
-		"without-failsafe = yes\n"), 0);
+	assert_int_equal(
+		parse(GOOD
+		      "digital-outputs = 12, 13\ninverted-pins = 12\n" BED
+		      "[heater oven]\ndevice = a\nsensor-pin = 41\nsensor = table\n"
+		      "sensor-points = 300:0.5, 100:2, 0:3, -10:3.1\npull-up-ohm = 0\n"
+		      "reference-v = 5\n"
+		      "output-pin = 12\nmin-switch-s = 10\ncontrol = bang-bang\nhysteresis = 2\n"
+		      "min-temperature = 1\nmax-temperature = 250\nmax-target = 240\n"
+		      "max-power = 0.5\n"
+		      "max-rate = 3\nmax-age-ms = 500\nwatch-window-s = 120\nwatch-rise = 2\n"
+		      "watch-slack = 9\n"
+		      "at-temperature-k = 5\nhold-s = ever\non-fault = machine\n"
+		      "without-failsafe = yes\n"),
+		0);
 	assert_int_equal(config.device[0].heaters, 2);
 	assert_int_equal(heater(1)->sensor, 0);
 	assert_int_equal(heater(1)->kind, HEATING_PIN);
@@ -104,10 +109,12 @@ static void a_fan_and_a_supply_arrive(void **state)
 	assert_int_equal(parse(GOOD BED), 0);
 	assert_int_equal(fan->kind, HEATING_NO_OUTPUT);
 	assert_near(config.device[0].heater_watts, 0);
-	assert_int_equal(parse(GOOD "max-heater-power-w = 200\n" BED "rated-power-w = 150\n"
+	assert_int_equal(parse(GOOD
+			       "max-heater-power-w = 200\n" BED "rated-power-w = 150\n"
 			       "fan-pwm = 5\nfan-above = 40\nfan-hysteresis = 2\nfan-speed = 0.5\n"
 			       "[heater oven]\nsensor-pin = 44\nsensor = pt1000\noutput-pin = 12\n"
-			       "max-temperature = 99\nrated-power-w = 199\nfan-pin = 13\n"), 0);
+			       "max-temperature = 99\nrated-power-w = 199\nfan-pin = 13\n"),
+			 0);
 	assert_near(config.device[0].heater_watts, 200);
 	assert_near(heater(0)->watts, 150);
 	assert_int_equal(fan->kind, HEATING_PWM);
@@ -154,7 +161,7 @@ static void a_fan_or_a_supply_that_cannot_be_is_refused(void **state)
 	assert_int_equal(parse(text), 2);
 	assert_non_null(strstr(heard.line[1], "fan-pwm needs pwm-period in [device a]"));
 	assert_non_null(strstr(heard.line[0], "rated-power-w has no effect without "
-			       "max-heater-power-w in [device a]"));
+					      "max-heater-power-w in [device a]"));
 	assert_fault(GOOD "max-heater-power-w = 200\n" BED,
 		     "f:5: [heater bed]: rated-power-w is not given; max-heater-power-w of its "
 		     "device needs it");
@@ -166,22 +173,23 @@ static void a_fan_or_a_supply_that_cannot_be_is_refused(void **state)
 		     "f:10: [heater bed]: rated-power-w: \"0\" is out of range; allowed: unknown | "
 		     "0.1..100000 W");
 	assert_fault(GOOD "max-heater-power-w = 200\n[heater x]\nsensor-pin = 43\n"
-		     "sensor = pt1000\npwm = 9\nmax-temperature = 99\nrated-power-w = 300\n",
+			  "sensor = pt1000\npwm = 9\nmax-temperature = 99\nrated-power-w = 300\n",
 		     "f:8: [heater x]: pwm: \"9\" is out of range; allowed: none | 0..5 "
 		     "(terminals 22 to 17)");
 	assert_fault(GOOD "max-heater-power-w = 200\n",
 		     "f:4: [device a]: max-heater-power-w has no effect without a [heater NAME]");
 	snprintf(text, sizeof(text), GOOD "max-heater-power-w = 299\n%s", relay);
-	assert_fault(text, "f:4: [device a]: max-heater-power-w = 299 is too low: it has to "
+	assert_fault(text,
+		     "f:4: [device a]: max-heater-power-w = 299 is too low: it has to "
 		     "be at least 300, the power of the heaters with output-pin, which cannot "
 		     "be limited");
 	snprintf(text, sizeof(text), GOOD "max-heater-power-w = 300\n%s", relay);
 	assert_int_equal(parse(text), 0);
-	snprintf(text, sizeof(text), GOOD "max-heater-power-w = 300\n%s" BED
-		 "rated-power-w = 40\n", relay);
+	snprintf(text, sizeof(text), GOOD "max-heater-power-w = 300\n%s" BED "rated-power-w = 40\n",
+		 relay);
 	assert_fault(text, "f:4: [device a]: max-heater-power-w = 300 is too low: it has to "
-		     "be above 300, the power of the heaters with output-pin, which cannot "
-		     "be limited");
+			   "be above 300, the power of the heaters with output-pin, which cannot "
+			   "be limited");
 }
 
 /* pokeysctl config apply compares them as bytes, to tell what needs a restart. */
@@ -194,7 +202,7 @@ static void the_same_file_is_the_same_configuration(void **state)
 	first = config;
 	memset(&config, 0xa5, sizeof(config));
 	assert_fault(GOOD "port = 1x\n", "f:4: [device a]: port: \"1x\" is not allowed; allowed: "
-		     "1..65535");
+					 "1..65535");
 	assert_int_equal(parse(GOOD BED), 0);
 	assert_memory_equal(&first.device[0], &config.device[0], sizeof(first.device[0]));
 	assert_int_equal(parse(GOOD BED "max-rate = 2\n"), 0);
@@ -203,9 +211,14 @@ static void the_same_file_is_the_same_configuration(void **state)
 
 static void every_kind_of_sensor_is_one(void **state)
 {
-	static const struct { const char *lines; enum sensor_kind kind; double ohm; } sensors[] = {
+	static const struct {
+		const char *lines;
+		enum sensor_kind kind;
+		double ohm;
+	} sensors[] = {
 		{ "sensor = thermistor\nthermistor-ohm = 10000\nthermistor-celsius = 20\n"
-		  "thermistor-beta = 3435\n", SENSOR_BETA, 10000 },
+		  "thermistor-beta = 3435\n",
+		  SENSOR_BETA, 10000 },
 		{ "sensor = pt100\npull-up-ohm = 470\n", SENSOR_PLATINUM, 100 },
 		{ "sensor = pt1000\n", SENSOR_PLATINUM, 1000 },
 		{ "sensor = linear\nvolts-at-0 = 0.5\nvolts-per-kelvin = 0.01\n", SENSOR_LINEAR,
@@ -218,8 +231,10 @@ static void every_kind_of_sensor_is_one(void **state)
 	for (size_t i = 0; i < sizeof(sensors) / sizeof(sensors[0]); i++) {
 		char text[512];
 
-		snprintf(text, sizeof(text), GOOD "[heater x]\nsensor-pin = 47\npwm = 5\n"
-			 "max-temperature = 150\n%s", sensors[i].lines);
+		snprintf(text, sizeof(text),
+			 GOOD "[heater x]\nsensor-pin = 47\npwm = 5\n"
+			      "max-temperature = 150\n%s",
+			 sensors[i].lines);
 		if (parse(text))
 			fail_msg("%s: %s", sensors[i].lines, heard.line[0]);
 		assert_int_equal(heater(0)->heater.sensor.kind, sensors[i].kind);
@@ -230,13 +245,15 @@ static void every_kind_of_sensor_is_one(void **state)
 static void heaters_are_those_of_their_device(void **state)
 {
 	(void)state;
-	assert_int_equal(parse(GOOD "[device b]\n" B_KEYS
-		"[heater one]\ndevice = b\nsensor-pin = 43\nsensor = pt1000\npwm = 1\n"
-		"max-temperature = 99\n"
-		"[heater two]\ndevice = a\nsensor-pin = 43\nsensor = pt1000\npwm = 1\n"
-		"max-temperature = 99\n"
-		"[heater three]\ndevice = b\nsensor-pin = 44\nsensor = pt1000\npwm = 2\n"
-		"max-temperature = 99\n"), 0);
+	assert_int_equal(
+		parse(GOOD "[device b]\n" B_KEYS
+			   "[heater one]\ndevice = b\nsensor-pin = 43\nsensor = pt1000\npwm = 1\n"
+			   "max-temperature = 99\n"
+			   "[heater two]\ndevice = a\nsensor-pin = 43\nsensor = pt1000\npwm = 1\n"
+			   "max-temperature = 99\n"
+			   "[heater three]\ndevice = b\nsensor-pin = 44\nsensor = pt1000\npwm = 2\n"
+			   "max-temperature = 99\n"),
+		0);
 	assert_int_equal(config.device[0].heaters, 1);
 	assert_int_equal(config.device[1].heaters, 2);
 	assert_string_equal(config.device[0].heater[0].name, "two");
@@ -260,13 +277,13 @@ static void what_is_missing_or_has_no_effect_is_a_fault(void **state)
 	assert_fault(GOOD "[heater x]\nsensor-pin = 43\nsensor = pt1000\nmax-temperature = 99\n",
 		     "f:4: [heater x]: neither pwm nor output-pin is given; give one of them");
 	assert_fault(GOOD "[heater x]\nsensor-pin = 43\nsensor = pt1000\nmax-temperature = 99\n"
-		     "pwm = none\n",
+			  "pwm = none\n",
 		     "f:8: [heater x]: neither pwm nor output-pin is given; give one of them");
 	assert_fault(GOOD "[heater x]\nsensor-pin = 43\nsensor = pt1000\nmax-temperature = 99\n"
-		     "output-pin = 56\n",
+			  "output-pin = 56\n",
 		     "f:8: [heater x]: output-pin: \"56\" is out of range; allowed: none | 1..55");
 	assert_fault(GOOD "[heater x]\nsensor-pin = 43\nsensor = table\nmax-temperature = 99\n"
-		     "pwm = 1\nsensor-points = 0:1000, 200:100\nreference-v = 5\n",
+			  "pwm = 1\nsensor-points = 0:1000, 200:100\nreference-v = 5\n",
 		     "f:10: [heater x]: reference-v has no effect with pull-up-ohm above 0");
 	assert_fault(GOOD BED "output-pin = 3\n",
 		     "f:9: [heater bed]: output-pin and pwm are both given; give only one");
@@ -301,10 +318,10 @@ static void limits_that_cross_and_curves_that_turn_are_faults(void **state)
 	assert_fault(GOOD BED "pid-d = 0\nmin-temperature = -200\n",
 		     "f:10: [heater bed]: min-temperature is below what the sensor can measure");
 	assert_fault(GOOD "[heater x]\nsensor-pin = 43\nsensor = table\npwm = 0\n"
-		     "max-temperature = 99\nsensor-points = 0:100, 50:200, 40:300\n",
+			  "max-temperature = 99\nsensor-points = 0:100, 50:200, 40:300\n",
 		     "f:9: [heater x]: the temperatures of the table have to rise, or to fall");
 	assert_fault(GOOD "[heater x]\nsensor-pin = 43\nsensor = steinhart-hart\npwm = 0\n"
-		     "max-temperature = 99\nsensor-points = 0:100, 50:\n",
+			  "max-temperature = 99\nsensor-points = 0:100, 50:\n",
 		     "f:9: [heater x]: sensor-points: \"0:100, 50:\" is not a number; allowed: at "
 		     "most 32 points with commas between, such as 25:100000, 150:1641");
 }
@@ -315,12 +332,16 @@ static void a_terminal_of_a_heater_is_its_own(void **state)
 				    "max-temperature = 99\n";
 	static const char relay[] = "[heater two]\nsensor-pin = 44\nsensor = pt1000\n"
 				    "output-pin = 12\nmax-temperature = 99\n";
-	static const struct { const char *device, *heater, *expected; } pairs[] = {
-		{ BED, "[heater x]\nsensor-pin = 43\nsensor = pt1000\npwm = 1\n"
+	static const struct {
+		const char *device, *heater, *expected;
+	} pairs[] = {
+		{ BED,
+		  "[heater x]\nsensor-pin = 43\nsensor = pt1000\npwm = 1\n"
 		  "max-temperature = 99\n",
 		  "[heater x]: sensor-pin: terminal 43 is used by [heater bed] sensor-pin (line "
 		  "5)" },
-		{ BED, "[heater x]\nsensor-pin = 44\nsensor = pt1000\npwm = 0\n"
+		{ BED,
+		  "[heater x]\nsensor-pin = 44\nsensor = pt1000\npwm = 0\n"
 		  "max-temperature = 99\n",
 		  "[heater x]: pwm: terminal 22 is used by [heater bed] pwm" },
 		{ "digital-inputs = 44\n", other,
@@ -350,7 +371,9 @@ static void a_terminal_of_a_heater_is_its_own(void **state)
 
 static void a_heater_that_the_device_would_leave_on_is_refused(void **state)
 {
-	static const struct { const char *device, *expected; } devices[] = {
+	static const struct {
+		const char *device, *expected;
+	} devices[] = {
 		{ "failsafe = off\n", "the failsafe of its device is off" },
 		{ "failsafe-timeout-ms = off\n", "the failsafe of its device is off" },
 		{ "failsafe-parts = 11\n",
@@ -397,7 +420,9 @@ static void a_device_that_spoils_a_heater_is_refused(void **state)
 	static const char device[] = "[device a]\naddress = 10.0.0.1\n";
 	static const char slow[] = "[heater x]\nsensor-pin = 41\nsensor = pt1000\noutput-pin = 12\n"
 				   "max-temperature = 99\n";
-	static const struct { const char *keys, *heater, *expected; } bad[] = {
+	static const struct {
+		const char *keys, *heater, *expected;
+	} bad[] = {
 		{ "", BED, "pwm needs pwm-period in [device a]" },
 		{ "pwm-period = 100\n", BED, "pwm-period of its device has to be 250 to 25000000" },
 		{ "pwm-period = 2500\nsynced-pwm = on\nsynced-pwm-channel = 3\n", BED,
@@ -406,10 +431,12 @@ static void a_device_that_spoils_a_heater_is_refused(void **state)
 		  "analog-filter of its device is above 100" },
 		{ "pwm-period = 2500\nfailsafe-timeout-ms = 5100\n", BED,
 		  "failsafe-timeout-ms of its device is longer than 5000" },
-		{ "analog-hz = 5\n", slow, "max-age-ms = 300 has to be at least two readings of "
+		{ "analog-hz = 5\n", slow,
+		  "max-age-ms = 300 has to be at least two readings of "
 		  "its device, which are 400 ms (analog-hz)" },
 		{ "pwm-period = 2500\nfast-divider = 200\n", BED, "fast-divider" },
-		{ "", "[heater x]\nsensor-pin = 43\nsensor = pt1000\noutput-pin = 12\n"
+		{ "",
+		  "[heater x]\nsensor-pin = 43\nsensor = pt1000\noutput-pin = 12\n"
 		  "max-temperature = 99\nmin-switch-s = 20\n",
 		  "min-switch-s = 20 must not be longer than a third of watch-window-s" },
 	};
@@ -419,8 +446,7 @@ static void a_device_that_spoils_a_heater_is_refused(void **state)
 	for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++) {
 		snprintf(text, sizeof(text), "%s%s%s", device, bad[i].keys, bad[i].heater);
 		if (!parse(text) || !strstr(heard.line[0], bad[i].expected))
-			fail_msg("%s: %d faults, the first: %s", text, heard.count,
-				 heard.line[0]);
+			fail_msg("%s: %d faults, the first: %s", text, heard.count, heard.line[0]);
 	}
 	snprintf(text, sizeof(text), "%sanalog-hz = 10\n%s", device, slow);
 	assert_int_equal(parse(text), 0);
@@ -434,15 +460,15 @@ static void sections_are_counted_and_named(void **state)
 	(void)state;
 	assert_fault(GOOD BED BED, "f:9: [heater bed] was there before, at line 4");
 	assert_fault(GOOD "[heater b/c]\n", "f:4: [heater b/c]: a heater's name has 1 to 31 of the "
-		     "characters A-Z a-z 0-9 _ -");
+					    "characters A-Z a-z 0-9 _ -");
 	for (unsigned int i = 0; i < 8; i++)
 		at += (size_t)snprintf(text + at, sizeof(text) - at,
 				       "[heater h%u]\nsensor-pin = %u\nsensor = pt1000\n"
-				       "output-pin = %u\nmax-temperature = 99\n", i,
-				       i < 7 ? 41 + i : 47, 1 + i);
+				       "output-pin = %u\nmax-temperature = 99\n",
+				       i, i < 7 ? 41 + i : 47, 1 + i);
 	parse(text);
 	assert_non_null(strstr(heard.line[0], "f:39: [heater h7]: [device a] has more than 7 "
-			       "heaters"));
+					      "heaters"));
 }
 
 int main(void)

@@ -15,7 +15,7 @@
 
 struct seen {
 	int count;
-	char line[1024];		/* the first one */
+	char line[1024]; /* the first one */
 };
 
 static void see(void *context, const char *line)
@@ -54,8 +54,10 @@ static void name_of(const struct config_key *key, uint32_t index, char *out, siz
 static const char *section_of(const struct config_key *key)
 {
 	static const char *const names[CONFIG_SECTIONS] = {
-		[CONFIG_DAEMON] = "daemon", [CONFIG_DEVICE] = "device a",
-		[CONFIG_HEATER] = "heater a", [CONFIG_SERVO] = "servo a",
+		[CONFIG_DAEMON] = "daemon",
+		[CONFIG_DEVICE] = "device a",
+		[CONFIG_HEATER] = "heater a",
+		[CONFIG_SERVO] = "servo a",
 	};
 
 	return names[key->section];
@@ -157,10 +159,10 @@ static void every_word_is_taken_and_no_other(void **state)
 static void no_key_takes_nonsense(void **state)
 {
 	static const char *const nonsense[] = {
-		"-", "+5", "0x10", "10ms", "1e400", "nan", "inf", "1,5x", "5 6",
-		"99999999999999999999",
-		"--", "1-", "-1-3", "3-1", "1,1", ",", "0", "1.2.3", "256.1.1.1",
-		"not/a/path it is",
+		"-",   "+5",  "0x10",  "10ms",      "1e400",
+		"nan", "inf", "1,5x",  "5 6",       "99999999999999999999",
+		"--",  "1-",  "-1-3",  "3-1",       "1,1",
+		",",   "0",   "1.2.3", "256.1.1.1", "not/a/path it is",
 	};
 	const struct config_key *key;
 
@@ -169,7 +171,7 @@ static void no_key_takes_nonsense(void **state)
 		int refused = 0;
 
 		if (key->type == CONFIG_SETTING)
-			continue;	/* tests/settings */
+			continue; /* tests/settings */
 		for (size_t n = 0; n < sizeof(nonsense) / sizeof(nonsense[0]); n++)
 			refused += stored(key, 0, nonsense[n]) != NULL;
 		/* names may be anything without blank and slash, a number may be one of these */
@@ -193,8 +195,8 @@ static void every_key_may_stand_once_only(void **state)
 		char name[64], text[512], expected[128];
 
 		name_of(key, 0, name, sizeof(name));
-		snprintf(text, sizeof(text), "[%s]\n\n%s = %s\n\n%s = %s\n",
-			 section_of(key), name, value, name, value);
+		snprintf(text, sizeof(text), "[%s]\n\n%s = %s\n\n%s = %s\n", section_of(key), name,
+			 value, name, value);
 		snprintf(expected, sizeof(expected), "%s was there before, at line 3", name);
 		seen.wanted = expected;
 		assert_true(config_parse("f", text, strlen(text), &config, look_for, &seen) > 0);
@@ -205,7 +207,7 @@ static void every_key_may_stand_once_only(void **state)
 static void an_index_outside_names_the_range(void **state)
 {
 	static struct config config;
-	static const char *const names[] = { "axis.8.mode", "axis.-1.mode", "axis..mode",
+	static const char *const names[] = { "axis.8.mode",     "axis.-1.mode", "axis..mode",
 					     "encoder.25.pins", "axis.00.mode", "axis.1000.mode" };
 
 	(void)state;

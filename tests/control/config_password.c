@@ -100,7 +100,7 @@ static void a_password_file_that_is_no_file_is_refused(void **state)
 	assert_int_equal(parse(text), 1);
 	assert_non_null(strstr(heard.line[0], "is not a file"));
 	unlink(other);
-	if (!geteuid()) {	/* the service is not root, and root's file is not for it */
+	if (!geteuid()) { /* the service is not root, and root's file is not for it */
 		snprintf(text, sizeof(text), GOOD "password-file = %s\n", target);
 		assert_int_equal(seteuid(12345), 0);
 		assert_int_equal(parse(text), 1);

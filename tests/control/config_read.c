@@ -129,8 +129,10 @@ static void a_device_has_each_key_once_in_all_files(void **state)
 	(void)state;
 	put(base, GOOD "digital-inputs = 1-4\n");
 	put_beside("a.conf", "[device a]\ndigital-inputs = 5\n");
-	snprintf(expected, sizeof(expected), ".d/a.conf:2: [device a]: digital-inputs was there "
-		 "before, at %s:3", base);
+	snprintf(expected, sizeof(expected),
+		 ".d/a.conf:2: [device a]: digital-inputs was there "
+		 "before, at %s:3",
+		 base);
 	assert_refused(expected);
 }
 
@@ -172,7 +174,8 @@ static void two_motors_of_an_encoder_are_reported_with_both_files(void **state)
 	assert_true(config_read(base, &config, hear, &heard) > 0);
 	for (int i = 0; i < heard.count; i++)
 		if (strstr(heard.line[i], ".d/b.conf:2: [servo y]: encoder 4 is already that of "
-					  "[servo x] (") && strstr(heard.line[i], ".d/a.conf:2)"))
+					  "[servo x] (") &&
+		    strstr(heard.line[i], ".d/a.conf:2)"))
 			return;
 	fail_msg("%s", heard.line[0]);
 }

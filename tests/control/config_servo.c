@@ -59,17 +59,21 @@ static void every_key_arrives(void **state)
 	const struct servo_config *loop = &servo(1)->servo;
 
 	(void)state;
-	assert_int_equal(parse(GOOD X
-		"[servo spindle]\ndevice = a\nencoder = 25\ncounts-per-unit = -11.25\n"
-		"drive = two-pwm\npwm = 2\nreverse-pwm = 3\nenable-pin = 32\ninvert-output = yes\n"
-		"limit-minus-pin = 9\nlimit-minus-invert = on\nlimit-plus-pin = 10\n"
-		"min-position = -7\nmax-position = 8.5\nmax-speed = 4000\nimpossible-speed = 9000\n"
-		"pid-p = 0.1\npid-i = 2\npid-d = 0.003\nvelocity-gain = 0.0004\n"
-		"acceleration-gain = 0.00005\ndeadband = 0.2\nmax-integral = 0.25\n"
-		"max-output = 0.8\nsmooth-s = 0.01\nmin-following-error = 3\n"
-		"max-following-error = 30\nstall-output = 0.7\nstall-distance = 2\nstall-s = 1\n"
-		"silent-output = 0.3\nsilent-s = 0.05\nrunaway-output = 0.15\n"
-		"runaway-distance = 5\nmax-age-ms = 20\nwithout-failsafe = yes\n"), 0);
+	assert_int_equal(
+		parse(GOOD X "[servo spindle]\ndevice = a\nencoder = 25\ncounts-per-unit = -11.25\n"
+			     "drive = two-pwm\npwm = 2\nreverse-pwm = 3\nenable-pin = 32\n"
+			     "invert-output = yes\n"
+			     "limit-minus-pin = 9\nlimit-minus-invert = on\nlimit-plus-pin = 10\n"
+			     "min-position = -7\nmax-position = 8.5\nmax-speed = 4000\n"
+			     "impossible-speed = 9000\n"
+			     "pid-p = 0.1\npid-i = 2\npid-d = 0.003\nvelocity-gain = 0.0004\n"
+			     "acceleration-gain = 0.00005\ndeadband = 0.2\nmax-integral = 0.25\n"
+			     "max-output = 0.8\nsmooth-s = 0.01\nmin-following-error = 3\n"
+			     "max-following-error = 30\nstall-output = 0.7\nstall-distance = 2\n"
+			     "stall-s = 1\n"
+			     "silent-output = 0.3\nsilent-s = 0.05\nrunaway-output = 0.15\n"
+			     "runaway-distance = 5\nmax-age-ms = 20\nwithout-failsafe = yes\n"),
+		0);
 	assert_int_equal(config.device[0].servos, 2);
 	assert_int_equal(servo(1)->encoder, 25);
 	assert_int_equal(servo(1)->drive.kind, DRIVE_TWO_PWM);
@@ -124,27 +128,27 @@ static void what_it_needs_has_to_be_there(void **state)
 		     "f:7: [servo x]: pwm-period of its device has to be 250 to 25000");
 	assert_fault(GOOD X "device = b\n", "f:11: [servo x]: device: there is no [device b]");
 	assert_fault(GOOD X "pid-i = none\n", "f:11: [servo x]: pid-i: \"none\" is not a number; "
-		     "allowed: 0..1000000");
+					      "allowed: 0..1000000");
 	assert_fault(GOOD X "pid-i = nan\n", "f:11: [servo x]: pid-i: \"nan\" is not a number; "
-		     "allowed: 0..1000000");
+					     "allowed: 0..1000000");
 }
 
 static void wires_that_its_amplifier_does_not_have_are_refused(void **state)
 {
 	(void)state;
 	assert_fault(GOOD X "reverse-pwm = 1\n", "f:11: [servo x]: reverse-pwm has no effect with "
-		     "drive = sign-magnitude");
+						 "drive = sign-magnitude");
 	assert_int_equal(parse(GOOD X "drive = antiphase\n"), 2);
 	assert_string_equal(heard.line[0], "f:8: [servo x]: direction-pin has no effect with drive "
-			    "= antiphase");
+					   "= antiphase");
 	assert_string_equal(heard.line[1], "f:4: [servo x]: enable-pin is not given; drive = "
-			    "antiphase needs it");
+					   "antiphase needs it");
 	assert_fault(GOOD "[servo x]\nencoder = 4\ncounts-per-unit = 400\npwm = 0\n"
-		     "reverse-pwm = 0\ndrive = two-pwm\nmax-speed = 100\npid-p = 0.5\n",
+			  "reverse-pwm = 0\ndrive = two-pwm\nmax-speed = 100\npid-p = 0.5\n",
 		     "f:8: [servo x]: reverse-pwm: terminal 22 is used by pwm (line 7) as well, "
 		     "and can only be used by one of them; remove the other");
 	assert_fault(GOOD X "limit-plus-invert = on\n", "f:11: [servo x]: limit-plus-invert has no "
-		     "effect without limit-plus-pin");
+							"effect without limit-plus-pin");
 }
 
 #define LIMITS "limit-minus-pin = 9\nlimit-plus-pin = 10\nmin-position = -1\n" \
@@ -159,7 +163,8 @@ static void its_home_switch_arrives(void **state)
 	assert_int_equal(parse(GOOD X LIMITS), 0);
 	assert_true(home->search == 0);
 	assert_int_equal(parse(GOOD X LIMITS "limit-minus-invert = on\n" HOME
-			       "home-position = 5\n"), 0);
+					     "home-position = 5\n"),
+			 0);
 	assert_int_equal(servo(0)->home_pin, 8);
 	assert_true(servo(0)->home_inverted);
 	assert_near(home->search, -20);
@@ -168,9 +173,11 @@ static void its_home_switch_arrives(void **state)
 	assert_near(home->offset, 0);
 	assert_near(home->position, 5);
 	assert_near(home->distance, 110);
-	assert_int_equal(parse(GOOD X "home-search-speed = 8\nhome-pin = 14\nhome-invert = on\n"
+	assert_int_equal(parse(GOOD X
+			       "home-search-speed = 8\nhome-pin = 14\nhome-invert = on\n"
 			       "home-latch-speed = 0.5\nhome-acceleration = 70\nhome-offset = 3\n"
-			       "home-position = 3\nhome-distance = 12\n"), 0);
+			       "home-position = 3\nhome-distance = 12\n"),
+			 0);
 	assert_int_equal(servo(0)->home_pin, 13);
 	assert_true(servo(0)->home_inverted);
 	assert_near(home->search, 8);
@@ -181,7 +188,8 @@ static void its_home_switch_arrives(void **state)
 	assert_near(home->distance, 12);
 	assert_int_equal(config.device[0].settings.pin_function[13], WIRE_PIN_INPUT);
 	assert_int_equal(parse(GOOD "inverted-pins = 14\n" X "home-search-speed = 8\n"
-			       "home-pin = 14\nhome-distance = 12\n"), 0);
+				    "home-pin = 14\nhome-distance = 12\n"),
+			 0);
 	assert_int_equal(config.device[0].settings.pin_function[13],
 			 WIRE_PIN_INPUT | WIRE_PIN_INVERT);
 }
@@ -190,19 +198,21 @@ static void a_homing_that_cannot_be_is_refused(void **state)
 {
 	(void)state;
 	assert_fault(GOOD X "home-offset = 2\n", "f:11: [servo x]: home-offset has no effect "
-		     "without home-search-speed");
-	assert_fault(GOOD X HOME "home-distance = 9\n", "f:11: [servo x]: home-search-speed needs "
+						 "without home-search-speed");
+	assert_fault(GOOD X HOME "home-distance = 9\n",
+		     "f:11: [servo x]: home-search-speed needs "
 		     "a home switch: home-pin, or limit-minus-pin in the direction of the search");
 	assert_fault(GOOD X "home-search-speed = 2\nhome-distance = 9\n",
 		     "f:11: [servo x]: home-search-speed needs a home switch: home-pin, or "
 		     "limit-plus-pin in the direction of the search");
-	assert_fault(GOOD X HOME LIMITS, "f:4: [servo x]: home-position = 0 is on the limit "
+	assert_fault(GOOD X HOME LIMITS,
+		     "f:4: [servo x]: home-position = 0 is on the limit "
 		     "switch, which closes at 0 (home-offset) and stops the motor; it has to be "
 		     "0.5 or more off it (min-following-error)");
 	assert_fault(GOOD X HOME LIMITS "home-position = 5\nhome-invert = on\n",
 		     "f:17: [servo x]: home-invert has no effect without home-pin");
 	assert_fault(GOOD X HOME "home-pin = 14\n", "f:5: [servo x]: home-distance has to be given "
-		     "if min-position or max-position is none");
+						    "if min-position or max-position is none");
 	assert_fault(GOOD X "home-search-speed = 101\nhome-pin = 14\nhome-distance = 9\n",
 		     "f:11: [servo x]: home-search-speed has to be at most max-speed, in either "
 		     "direction");
@@ -213,11 +223,12 @@ static void a_homing_that_cannot_be_is_refused(void **state)
 		     "limit switch at the other end (10), so the axis would not stop there; give "
 		     "the home switch a terminal of its own");
 	assert_fault(GOOD X HOME "limit-minus-pin = 9\nlimit-plus-pin = 9\nhome-distance = 9\n"
-		     "home-position = 5\n",
+				 "home-position = 5\n",
 		     "f:11: [servo x]: home-search-speed: the home switch has the terminal of the "
 		     "limit switch at the other end (9), so the axis would not stop there; give "
 		     "the home switch a terminal of its own");
-	assert_fault(GOOD X HOME LIMITS "home-pin = 9\n", "f:16: [servo x]: home-pin: terminal "
+	assert_fault(GOOD X HOME LIMITS "home-pin = 9\n",
+		     "f:16: [servo x]: home-pin: terminal "
 		     "9 is that of limit-minus-pin; leave home-pin out");
 	assert_fault(GOOD X HOME "home-distance = 9\nhome-pin = 31\n",
 		     "f:13: [servo x]: home-pin: terminal 31 is used by direction-pin (line 8) as "
@@ -240,7 +251,7 @@ static void limits_that_contradict_each_other_stand_at_their_line(void **state)
 		     "f:11: [servo x]: min-following-error has to be 4 counts or more, and "
 		     "max-following-error at least that");
 	assert_fault(GOOD "[servo x]\nencoder = 4\ncounts-per-unit = 0\npwm = 0\n"
-		     "direction-pin = 31\nmax-speed = 100\npid-p = 0.5\n",
+			  "direction-pin = 31\nmax-speed = 100\npid-p = 0.5\n",
 		     "f:6: [servo x]: counts-per-unit has to be a number other than 0");
 }
 
@@ -248,15 +259,15 @@ static void nothing_is_used_twice(void **state)
 {
 	(void)state;
 	assert_fault(GOOD X "[servo y]\nencoder = 4\ncounts-per-unit = 400\npwm = 1\n"
-		     "direction-pin = 32\nmax-speed = 100\npid-p = 0.5\n",
+			    "direction-pin = 32\nmax-speed = 100\npid-p = 0.5\n",
 		     "f:12: [servo y]: encoder 4 is already that of [servo x] (line 5)");
 	assert_fault(GOOD X "[servo y]\nencoder = 5\ncounts-per-unit = 400\npwm = 1\n"
-		     "direction-pin = 31\nmax-speed = 100\npid-p = 0.5\n",
+			    "direction-pin = 31\nmax-speed = 100\npid-p = 0.5\n",
 		     "f:15: [servo y]: direction-pin: terminal 31 is used by [servo x] "
 		     "direction-pin (line 8) as well, and can only be used by one of them; remove "
 		     "the other");
 	assert_fault(GOOD X "[heater bed]\nsensor-pin = 43\nsensor = thermistor\npwm = 0\n"
-		     "max-temperature = 120\n",
+			    "max-temperature = 120\n",
 		     "f:14: [heater bed]: pwm: terminal 22 is used by [servo x] pwm (line 7) as "
 		     "well, and can only be used by one of them; remove the other");
 	assert_fault(GOOD "digital-inputs = 31\n" X,
@@ -313,8 +324,9 @@ static void names_and_scales_of_axes_arrive(void **state)
 
 	(void)state;
 	assert_int_equal(parse(GOOD X "device = a\n[device b]\naddress = 10.0.0.2\naxes = 3\n"
-			       "axis.2.name = x\naxis.2.pulses-per-unit = -12.5\n"
-			       "axis.1.pulses-per-unit = 200\naxis.1.lead = off\n"), 0);
+				      "axis.2.name = x\naxis.2.pulses-per-unit = -12.5\n"
+				      "axis.1.pulses-per-unit = 200\naxis.1.lead = off\n"),
+			 0);
 	assert_true(axis[0].pulses_per_unit == 0);
 	axis = config.device[1].axis;
 	assert_string_equal(axis[2].name, "x");
@@ -327,7 +339,9 @@ static void names_and_scales_of_axes_arrive(void **state)
 
 static void names_of_axes_mean_nothing_else(void **state)
 {
-	static const struct { const char *name, *why; } bad[] = {
+	static const struct {
+		const char *name, *why;
+	} bad[] = {
 		{ "x", "\"x\": a servo motor of this device has this name" },
 		{ "y", "\"y\": another axis has this name" },
 		{ "12", "\"12\": a number is that of a servo motor" },
@@ -339,13 +353,15 @@ static void names_of_axes_mean_nothing_else(void **state)
 	for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++) {
 		char text[512], fault[200];
 
-		snprintf(text, sizeof(text), GOOD "axis.0.name = y\naxis.0.pulses-per-unit = 1\n"
-			 "axis.1.pulses-per-unit = 9\naxis.1.name = %s\n" X, bad[i].name);
+		snprintf(text, sizeof(text),
+			 GOOD "axis.0.name = y\naxis.0.pulses-per-unit = 1\n"
+			      "axis.1.pulses-per-unit = 9\naxis.1.name = %s\n" X,
+			 bad[i].name);
 		snprintf(fault, sizeof(fault), "f:7: [device a]: axis.1.name: %s", bad[i].why);
 		assert_fault(text, fault);
 	}
 	assert_fault(GOOD "axis.1.name = y\n", "f:4: [device a]: axis.1.name is for moves, which "
-		     "need axis.1.pulses-per-unit");
+					       "need axis.1.pulses-per-unit");
 	assert_fault(GOOD "axis.1.pulses-per-unit = 5\naxis.1.mode = velocity\n",
 		     "f:4: [device a]: axis.1.pulses-per-unit is for moves, and an axis with "
 		     "axis.1.mode = velocity has no positions; use position or buffered");

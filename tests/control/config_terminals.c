@@ -32,7 +32,9 @@ static void a_terminal_told_twice_is_a_fault(void **state)
 /* Two keys that want one terminal, on whatever board; one fault, which names both. */
 static void every_pair_that_excludes_itself_is_a_fault(void **state)
 {
-	static const struct { const char *first, *second, *terminals; } pairs[] = {
+	static const struct {
+		const char *first, *second, *terminals;
+	} pairs[] = {
 		{ "digital-outputs = 9", "encoder.2.pins = 8, 9", "terminal 9" },
 		{ "digital-outputs = 20", "axis.1.limit-minus-pin = 20", "terminal 20" },
 		{ "digital-outputs = 20", "axis.1.limit-plus-pin = 20", "terminal 20" },
@@ -85,13 +87,14 @@ static void a_row_of_the_keyboard_that_is_a_column_is_a_fault(void **state)
 		     "as well, and can only be used by one of them; "
 		     "remove the other");
 	assert_fault(GOOD "matrix-keyboard = on\nmatrix-rows = 23,24\nmatrix-columns = 25\n"
-		     "digital-outputs = 23,26\n",
+			  "digital-outputs = 23,26\n",
 		     "f:6: [device a]: digital-outputs: terminal 23 is used by matrix-rows (line "
 		     "4) as well, and can only be used by one of them; "
 		     "remove the other");
 	/* it is off */
 	assert_int_equal(parse(GOOD "matrix-keyboard = off\nmatrix-rows = 23\n"
-			       "matrix-columns = 24\ndigital-outputs = 23\n"), 0);
+				    "matrix-columns = 24\ndigital-outputs = 23\n"),
+			 0);
 }
 
 /* What goes together, and what only some boards cannot do. */

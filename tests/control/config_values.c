@@ -21,7 +21,8 @@ static void what_is_written_arrives_in_the_units_of_its_users(void **state)
 			       "axes = 3\naxis.2.mode = position\naxis.2.max-speed = 12000.5\n"
 			       "axis.2.soft-minimum = -5\nencoder.24.pins = "
 			       "3,4\nencoder.24.sampling = 2\n"
-			       "emergency-pin = 52\nfast-encoders = on\n"), 0);
+			       "emergency-pin = 52\nfast-encoders = on\n"),
+			 0);
 	assert_int_equal(config.loop.period_ns, 500000);
 	assert_int_equal(config.wait, CONFIG_WAIT_SPIN);
 	assert_int_equal(config.cpu, 3);
@@ -45,7 +46,7 @@ static void what_is_written_arrives_in_the_units_of_its_users(void **state)
 	assert_int_equal(d->safe_mask[6], 0x3f);
 	assert_int_equal(d->safe_hold[6], 0x40);
 	assert_int_equal(d->settings.set, POKEYS_SET_AXES | POKEYS_SET_EMERGENCY_PIN |
-			 POKEYS_SET_FAST_ENCODERS | POKEYS_SET_FAILSAFE);
+						  POKEYS_SET_FAST_ENCODERS | POKEYS_SET_FAILSAFE);
 	assert_int_equal(d->settings.axes, 3);
 	assert_int_equal(d->settings.emergency_pin, 62);
 	assert_int_equal(d->settings.fast_configuration, 10);
@@ -96,14 +97,14 @@ static void outputs_that_resume_are_words_and_pins(void **state)
 	assert_true(resumes("pwm") == pwm);
 	assert_true(resumes("31") == UINT64_C(1) << 30);
 	assert_true(resumes("PoExtBus, 1-2, external") == (bus | external | 3));
-	assert_fault(GOOD "resume-outputs = auto, 31\n", REFUSED("auto, 31")
-		     "has a word in it that has to stand alone" ALLOWED);
-	assert_fault(GOOD "resume-outputs = 31, all\n", REFUSED("31, all")
-		     "has a word in it that has to stand alone" ALLOWED);
-	assert_fault(GOOD "resume-outputs = pwm, pwm\n", REFUSED("pwm, pwm")
-		     "names something twice" ALLOWED);
-	assert_fault(GOOD "resume-outputs = relays\n", REFUSED("relays")
-		     "is not a list of pins" ALLOWED);
+	assert_fault(GOOD "resume-outputs = auto, 31\n",
+		     REFUSED("auto, 31") "has a word in it that has to stand alone" ALLOWED);
+	assert_fault(GOOD "resume-outputs = 31, all\n",
+		     REFUSED("31, all") "has a word in it that has to stand alone" ALLOWED);
+	assert_fault(GOOD "resume-outputs = pwm, pwm\n",
+		     REFUSED("pwm, pwm") "names something twice" ALLOWED);
+	assert_fault(GOOD "resume-outputs = relays\n",
+		     REFUSED("relays") "is not a list of pins" ALLOWED);
 	/* all needs no list of outputs */
 	assert_int_equal(parse(GOOD "digital-inputs = 1-8\nresume-outputs = all\n"), 0);
 }
@@ -146,8 +147,9 @@ static void settings_that_say_a_part_are_completed(void **state)
 
 	(void)state;
 	assert_int_equal(parse(GOOD "encoder.3.pins = 1,2\nencoder.4.sampling = 1\n"
-			       "encoder.5.enable = off\nultra-fast-encoder = on\n"
-			       "axis.0.max-acceleration = 500\nmatrix-keyboard = off\n"), 0);
+				    "encoder.5.enable = off\nultra-fast-encoder = on\n"
+				    "axis.0.max-acceleration = 500\nmatrix-keyboard = off\n"),
+			 0);
 	assert_int_equal(settings->encoder[3].options, 3);
 	assert_int_equal(settings->encoder[4].options, 1);
 	assert_int_equal(settings->encoder[5].options & 1, 0);

@@ -36,7 +36,7 @@ static void report_of_before_the_order_is_not_believed_however_late_the_loop_is(
 	(void)state;
 	report.state = POKEYS_CONFIG_APPLIED;
 	execute(0);
-	loop.shared.cycles--;		/* the cycle that executed it has not ended */
+	loop.shared.cycles--; /* the cycle that executed it has not ended */
 	pass(2000 * MS);
 	assert_string_equal(heard(fd), "");
 	loop.shared.cycles++;
@@ -101,8 +101,8 @@ static void broken_file_changes_nothing_and_the_faults_go_to_the_caller(void **s
 	snprintf(expected, sizeof(expected),
 		 "refused nothing was changed:\n%s:3: [device mill]: axes: \"9\" is out of range; "
 		 "allowed: leave | 0..8\n%s:4: [device mill]: there is no key "
-		 "nonsense", config_path,
-		 config_path);
+		 "nonsense",
+		 config_path, config_path);
 	assert_int_equal(strncmp(answer, expected, strlen(expected)), 0);
 	assert_int_equal(loop.orders.given, 0);
 	unlink(config_path);
@@ -152,8 +152,10 @@ static void change_that_wants_a_restart_is_told(void **state)
 
 static void save_is_answered_when_the_device_has_said_how_it_went(void **state)
 {
-	struct event event = { .code = EVENT_ONE_SHOT, .device = 1,
-			       .a = POKEYS_ONE_SHOT_SAVE_CONFIG, .b = EVENT_ORDERED,
+	struct event event = { .code = EVENT_ONE_SHOT,
+			       .device = 1,
+			       .a = POKEYS_ONE_SHOT_SAVE_CONFIG,
+			       .b = EVENT_ORDERED,
 			       .c = POKEYS_OUTCOME_DONE };
 	struct loop_order order;
 	int fd = ask("config save lathe");
@@ -163,11 +165,11 @@ static void save_is_answered_when_the_device_has_said_how_it_went(void **state)
 	assert_int_equal(order.what, DEVICE_ORDER_SAVE);
 	assert_false(order.replace);
 	pass(1000 * MS);
-	event.device = 0;		/* another device's */
+	event.device = 0; /* another device's */
 	desk_event(&desk, &event, now);
 	assert_string_equal(heard(fd), "");
 	event.device = 1;
-	event.b = 7;			/* pressed in HAL */
+	event.b = 7; /* pressed in HAL */
 	desk_event(&desk, &event, now);
 	assert_string_equal(heard(fd), "");
 	event.b = EVENT_ORDERED;
@@ -187,8 +189,10 @@ static void save_is_answered_when_the_device_has_said_how_it_went(void **state)
 /* The device has saved before the control thread's next round. */
 static void save_that_is_quicker_than_its_order_is_answered(void **state)
 {
-	const struct event event = { .code = EVENT_ONE_SHOT, .device = 0,
-				     .a = POKEYS_ONE_SHOT_SAVE_CONFIG, .b = EVENT_ORDERED,
+	const struct event event = { .code = EVENT_ONE_SHOT,
+				     .device = 0,
+				     .a = POKEYS_ONE_SHOT_SAVE_CONFIG,
+				     .b = EVENT_ORDERED,
 				     .c = POKEYS_OUTCOME_DONE };
 	int fd = ask("config save mill");
 
@@ -207,14 +211,15 @@ static void what_the_loop_refuses_is_said_in_words(void **state)
 	} cases[] = {
 		{ "config save mill", -EBUSY,
 		  "refused mill: motion is permitted; switch the machine "
-					      "off first" },
+		  "off first" },
 		{ "config save mill", -ENOTCONN, "refused mill: the device is away" },
 		{ "config save mill", -EAGAIN,
 		  "refused mill: its flash memory was written less than "
-					       "2 s ago" },
+		  "2 s ago" },
 		{ "config save mill", -EALREADY, "refused mill: another order is at work" },
-		{ "config apply mill", -ENOTCONN, "ok mill: the configuration was taken over; the "
-						  "device is away and gets its settings when" },
+		{ "config apply mill", -ENOTCONN,
+		  "ok mill: the configuration was taken over; the "
+		  "device is away and gets its settings when" },
 	};
 
 	(void)state;

@@ -82,7 +82,7 @@ static int teardown(void **state)
 	(void)state;
 	desk_close(&desk);
 	unlink(config_path);
-	return rmdir(folder);		/* fails if anything is left */
+	return rmdir(folder); /* fails if anything is left */
 }
 
 static int attach(void)

@@ -17,9 +17,16 @@ int chmod(const char *path, mode_t mode)
 static void what_is_no_request_is_told_what_would_be_one(void **state)
 {
 	static const char *const bad[] = {
-		"x", "config", "config apply", "config save", "config show mill",
+		"x",
+		"config",
+		"config apply",
+		"config save",
+		"config show mill",
 		"CONFIG SAVE mill",
-		"config erase mill", "\x1b[2J", "\xff\xfe", "config  save mill",
+		"config erase mill",
+		"\x1b[2J",
+		"\xff\xfe",
+		"config  save mill",
 	};
 
 	(void)state;

@@ -42,8 +42,9 @@ static int teardown(void **state)
 
 static void push(uint8_t device, enum event_code code, int64_t a)
 {
-	const struct event event = { .code = (uint16_t)code, .level = EVENT_WARNING,
-				     .device = device, .a = a };
+	const struct event event = {
+		.code = (uint16_t)code, .level = EVENT_WARNING, .device = device, .a = a
+	};
 
 	event_push(&ring, &event);
 }
@@ -148,8 +149,12 @@ static uint64_t wall_ns(void)
 
 static void what_is_written_down_is_told(void **state)
 {
-	const struct event event = { .t_ns = 5000000000, .code = EVENT_SAFE, .device = 1, .a = 1,
-				     .b = 1, .level = EVENT_NOTICE };
+	const struct event event = { .t_ns = 5000000000,
+				     .code = EVENT_SAFE,
+				     .device = 1,
+				     .a = 1,
+				     .b = 1,
+				     .level = EVENT_NOTICE };
 	const uint64_t before = wall_ns();
 
 	(void)state;
@@ -211,7 +216,7 @@ static void what_comes_again_and_again_is_shown_once_a_minute(void **state)
 	assert_int_equal(written("mill: "), 60);
 	push(1, EVENT_PACKETS, EVENT_PACKETS_MISSED);
 	drain_run(&drain, 159 * second);
-	assert_int_equal(told_count, 2);		/* another device has its own */
+	assert_int_equal(told_count, 2); /* another device has its own */
 	push(0, EVENT_PACKETS, EVENT_PACKETS_MISSED);
 	drain_run(&drain, 160 * second);
 	assert_int_equal(told_count, 3);

@@ -34,7 +34,7 @@ static int setup(void **state)
 	config.device[0].port = 20055;
 	config.device[1].serial = 70000;
 	config.device[1].port = 5000;
-	config.device[2].address = 0x0a000009;	/* any serial number, by address */
+	config.device[2].address = 0x0a000009; /* any serial number, by address */
 	atomic_store(&shared.wanted, 7);
 	return 0;
 }
@@ -43,7 +43,9 @@ static void answer(uint32_t serial, bool old_format)
 {
 	uint8_t data[WIRE_DISCOVERY_LEN];
 	const struct wire_discovery reply = {
-		.serial = serial, .hardware = WIRE_HW_57CNC, .ip = { 10, 0, 0, 99 },
+		.serial = serial,
+		.hardware = WIRE_HW_57CNC,
+		.ip = { 10, 0, 0, 99 },
 		.old_format = old_format,
 	};
 	size_t length = wire_discovery_encode(data, &reply);
@@ -81,7 +83,7 @@ static void the_way_of_its_route_needs_no_interface(void **state)
 	from.interface = 7;
 	answer(31234, false);
 	assert_true(aimed(0) == where);
-	answers.routed = 0;	/* the next search */
+	answers.routed = 0; /* the next search */
 	answer(31234, false);
 	assert_true(aimed(0) == (UINT64_C(7) << 48 | where));
 }
@@ -140,7 +142,7 @@ static void the_log_says_where_it_asked_and_who_answered(void **state)
 	strcpy(config.device[0].name, "mill");
 	strcpy(config.device[1].name, "panel");
 	assert_string_equal(why(1), "mill (serial 31234): not found by a search: no interface but "
-			    "loopback is up and has an IPv4 address");
+				    "loopback is up and has an IPv4 address");
 	report.networks = 2;
 	report.network[0] = (struct discovery_network){
 		.own = { .address = 0x0a090901, .prefix = 24, .interface = 1 },
@@ -153,7 +155,8 @@ static void the_log_says_where_it_asked_and_who_answered(void **state)
 	answer(20005, false);
 	answer(20007, false);
 	answer(31234, false);
-	assert_string_equal(why(1), "mill (serial 31234): not found by a search at lo (10.9.9.1/24)"
+	assert_string_equal(why(1),
+			    "mill (serial 31234): not found by a search at lo (10.9.9.1/24)"
 			    ", lo (10.7.0.1/30, not asked: it cannot send broadcasts); answers "
 			    "came from serial 20005, 20007; if one of them is meant, correct serial"
 			    " in pokeysd.conf and restart pokeysd");
@@ -161,7 +164,8 @@ static void the_log_says_where_it_asked_and_who_answered(void **state)
 		for (uint32_t serial = 20010; serial >= 20005; serial--)
 			answer(serial, false);
 	assert_int_equal(answers.ours, 1);
-	assert_string_equal(why(3), "mill (serial 31234), panel (serial 70000): not found by a "
+	assert_string_equal(why(3),
+			    "mill (serial 31234), panel (serial 70000): not found by a "
 			    "search at lo (10.9.9.1/24), lo (10.7.0.1/30, not asked: it cannot "
 			    "send broadcasts); answers came from serial 20005, 20006, 20007, 20008 "
 			    "and others; if one of them is meant, correct serial in pokeysd.conf "
@@ -173,7 +177,9 @@ static void a_cause_that_changes_does_not_fill_the_log(void **state)
 {
 	const uint64_t second = UINT64_C(1000000000);
 	static struct finder finder = {
-		.teller = &teller, .running = true, .lock = PTHREAD_MUTEX_INITIALIZER,
+		.teller = &teller,
+		.running = true,
+		.lock = PTHREAD_MUTEX_INITIALIZER,
 	};
 	unsigned int lines = 0;
 	char line[256];

@@ -50,8 +50,8 @@ static bool on(const char *text, const char *interface, uint64_t now_ns)
 static void a_fresh_file_of_our_interface_counts(void **state)
 {
 	(void)state;
-	assert_true(on(HEAD "pass_arp 3\ndrop_foreign 18446744073709\npass_x 4\n",
-		       "eth1", 6 * SECOND));
+	assert_true(on(HEAD "pass_arp 3\ndrop_foreign 18446744073709\npass_x 4\n", "eth1",
+		       6 * SECOND));
 	assert_string_equal(guard.mode, "native");
 	assert_int_equal(guard.counters, 3);
 	assert_int_equal(guard.passed, 7);
@@ -84,7 +84,7 @@ static void what_is_no_file_is_as_none(void **state)
 	guarded_read(&guard, path, "eth1", SECOND);
 	assert_false(guard.on);
 	assert_int_equal(mkfifo(path, 0600), 0);
-	alarm(60);	/* it did hold up */
+	alarm(60); /* it did hold up */
 	guarded_read(&guard, path, "eth1", SECOND);
 	alarm(0);
 	assert_false(guard.on);

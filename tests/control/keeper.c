@@ -47,7 +47,7 @@ int rename(const char *from, const char *to)
 static int setup(void **state)
 {
 	(void)state;
-	strcpy(folder, "/dev/shm/pokeysd-test-keeper.XXXXXX");	/* as in /run: in memory */
+	strcpy(folder, "/dev/shm/pokeysd-test-keeper.XXXXXX"); /* as in /run: in memory */
 	assert_non_null(mkdtemp(folder));
 	snprintf(runtime, sizeof(runtime), "%s/run", folder);
 	snprintf(records, sizeof(records), "%s/records", folder);
@@ -124,8 +124,9 @@ static const char *logged(void)
 
 static enum record_reason reason(enum event_code code, int64_t a, int64_t b, bool on)
 {
-	const struct event event = { .code = (uint16_t)code, .level = EVENT_WARNING, .a = a,
-				     .b = b };
+	const struct event event = {
+		.code = (uint16_t)code, .level = EVENT_WARNING, .a = a, .b = b
+	};
 
 	return keeper_reason(&event, on);
 }
@@ -236,7 +237,7 @@ static void the_ring_is_for_those_who_may_read_the_devices(void **state)
 
 	(void)state;
 	if (geteuid())
-		skip();		/* only root may give it to any group */
+		skip(); /* only root may give it to any group */
 	readers = group;
 	umask(077);
 	begin(NULL);
@@ -254,7 +255,7 @@ static void what_a_dead_daemon_left_is_written_at_the_next_start(void **state)
 	lose(MS);
 	keeper.due = RECORD_NOTHING;
 	stop();
-	recorder_close(&loop.recorder);		/* dies: the file stays */
+	recorder_close(&loop.recorder); /* dies: the file stays */
 	begin(NULL);
 	stop();
 	assert_int_equal(files("-died.pcapng"), 1);
@@ -269,7 +270,7 @@ static void one_that_ends_in_its_start_writes_it_too(void **state)
 	(void)state;
 	begin(NULL);
 	stop();
-	recorder_close(&loop.recorder);		/* dies: the file stays */
+	recorder_close(&loop.recorder); /* dies: the file stays */
 	keeper_open(&keeper, &config, &loop, NULL, readers);
 	stop();
 	keeper_close(&keeper);
@@ -283,7 +284,7 @@ static void one_that_is_due_is_written_at_the_end_after_another(void **state)
 	(void)state;
 	begin(NULL);
 	stop();
-	recorder_close(&loop.recorder);		/* dies: the file stays */
+	recorder_close(&loop.recorder); /* dies: the file stays */
 	begin(NULL);
 	lose(1000 * MS);
 	stop();
@@ -317,11 +318,11 @@ static void a_disk_that_hangs_does_not_hold_the_end_up(void **state)
 	keeper_run(&keeper, 1500 * MS);
 	await_disk();
 	happen(EVENT_ENGINE, WIRE_ENGINE_STOP_LIMIT, 3, 2000 * MS);
-	keeper_stop(&keeper, KEEPER_STOP_MS);			/* comes back */
+	keeper_stop(&keeper, KEEPER_STOP_MS); /* comes back */
 	said = logged();
 	assert_non_null(strstr(said, "the record \"lost\" is not written"));
 	assert_non_null(strstr(said, "the record \"limit\" is not written"));
-	await_none("pcapng");			/* what was begun as well */
+	await_none("pcapng"); /* what was begun as well */
 	hangs = false;
 	pthread_join(keeper.thread, NULL);
 	assert_int_equal(files("pcapng"), 0);
@@ -371,7 +372,7 @@ static void what_the_disk_did_not_take_is_written_at_the_start_after(void **stat
 	(void)state;
 	begin(NULL);
 	stop();
-	recorder_close(&loop.recorder);		/* dies: the file stays */
+	recorder_close(&loop.recorder); /* dies: the file stays */
 	assert_int_equal(waitpid(another(true), &status, 0) > 0 && !status, 1);
 	/* on a busy machine one is begun as it ends, and goes at the next start */
 	assert_int_equal(files("-died.pcapng"), files("-died.pcapng.new"));

@@ -66,7 +66,11 @@ static int write_record(uint32_t most, enum record_reason why, char path[KEEPER_
 	uint64_t packets;
 
 	const struct keeper_order order = {
-		.ring = ring, .folder = records, .reason = why, .files = most, .readers = readers,
+		.ring = ring,
+		.folder = records,
+		.reason = why,
+		.files = most,
+		.readers = readers,
 	};
 
 	return keeper_write(&order, path, &begun, &packets);
@@ -75,8 +79,11 @@ static int write_record(uint32_t most, enum record_reason why, char path[KEEPER_
 static void the_oldest_are_removed_and_nothing_else(void **state)
 {
 	static const char *const others[] = {
-		"pokeysd-20200101T000000Z-lost.pcapng", "pokeysd-20200102T000000Z-late.pcapng",
-		"pokeysd-20200103T000000Z-lost.pcapng", "notes.txt", "mine.pcapng",
+		"pokeysd-20200101T000000Z-lost.pcapng",
+		"pokeysd-20200102T000000Z-late.pcapng",
+		"pokeysd-20200103T000000Z-lost.pcapng",
+		"notes.txt",
+		"mine.pcapng",
 	};
 	char path[KEEPER_PATH];
 
@@ -100,7 +107,7 @@ static void those_who_may_read_the_devices_may_read_it(void **state)
 
 	(void)state;
 	if (geteuid())
-		skip();		/* only root may give it to any group */
+		skip(); /* only root may give it to any group */
 	assert_int_equal(write_record(3, RECORD_LATE, path), 0);
 	assert_int_equal(stat(path, &file), 0);
 	assert_int_equal(file.st_gid, getegid());
@@ -118,9 +125,12 @@ static void what_is_being_written_and_what_is_not_ours_stays(void **state)
 {
 	static const char left[] = "pokeysd-20200101T000000Z-lost.pcapng.new";
 	static const char *const others[] = {
-		"pokeysd-20200101T000000Z-lost.pcapng", "pokeysd-20200101T000000Z-lost.new",
-		"pokeysd-20200101T000000Z-mine.pcapng.new", "pokeysd-mine-lost.pcapng.new",
-		"mine.pcapng.new", "mine-20200101T000000Z-lost.pcapng.new",
+		"pokeysd-20200101T000000Z-lost.pcapng",
+		"pokeysd-20200101T000000Z-lost.new",
+		"pokeysd-20200101T000000Z-mine.pcapng.new",
+		"pokeysd-mine-lost.pcapng.new",
+		"mine.pcapng.new",
+		"mine-20200101T000000Z-lost.pcapng.new",
 		"pokeysd-20200101T000000Z-lost.pcapng.new.new",
 	};
 	char path[KEEPER_PATH];
@@ -129,7 +139,7 @@ static void what_is_being_written_and_what_is_not_ours_stays(void **state)
 	(void)state;
 	close(make(left));
 	fd = make("pokeysd-20200102T000000Z-died.pcapng.new");
-	assert_int_equal(flock(fd, LOCK_EX), 0);	/* as if it were another process */
+	assert_int_equal(flock(fd, LOCK_EX), 0); /* as if it were another process */
 	for (size_t i = 0; i < sizeof(others) / sizeof(*others); i++)
 		close(make(others[i]));
 	snprintf(path, sizeof(path), "%s/pokeysd-20200103T000000Z-late.pcapng.new", records);
@@ -137,7 +147,7 @@ static void what_is_being_written_and_what_is_not_ours_stays(void **state)
 	snprintf(path, sizeof(path), "%s/pokeysd-20200104T000000Z-late.pcapng.new", records);
 	assert_int_equal(symlink("mine.pcapng.new", path), 0);
 	keeper_tidy(records);
-	assert_int_equal(files(left), 1);	/* the one with two ends */
+	assert_int_equal(files(left), 1); /* the one with two ends */
 	assert_int_equal(files("pokeysd-20200102"), 1);
 	assert_int_equal(files("-late.pcapng.new"), 2);
 	assert_int_equal(files(""), 1 + (int)(sizeof(others) / sizeof(*others)) + 2);

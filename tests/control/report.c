@@ -237,7 +237,7 @@ static void a_fifo_in_the_place_holds_nobody_up(void **state)
 	(void)state;
 	snprintf(beside, sizeof(beside), "%s.new", path);
 	assert_int_equal(mkfifo(beside, 0600), 0);
-	alarm(60);	/* it did hold up */
+	alarm(60); /* it did hold up */
 	assert_int_equal(metrics_write(&metrics, &report, 1), -ENXIO);
 	/* it is put away, and the next time there is a file */
 	assert_int_equal(metrics_write(&metrics, &report, 2), 0);

@@ -12,7 +12,11 @@
 
 /* A machine that has everything. */
 static const struct waiting_facts best = {
-	.interface = "eth1", .card_napi = 1, .busy_poll_us = 200, .cpu = 2, .isolated = true,
+	.interface = "eth1",
+	.card_napi = 1,
+	.busy_poll_us = 200,
+	.cpu = 2,
+	.isolated = true,
 };
 
 static struct waiting choose(struct waiting_facts facts)
@@ -77,10 +81,13 @@ static void auto_sleeps_where_nothing_else_works_and_says_what_is_missing(void *
 	(void)state;
 	for (size_t i = 0; i < sizeof(lacking) / sizeof(lacking[0]); i++) {
 		struct waiting out = choose((struct waiting_facts){
-			.transport = lacking[i].transport, .ring = lacking[i].ring,
-			.ring_napi = lacking[i].ring_napi, .card_napi = lacking[i].card_napi,
+			.transport = lacking[i].transport,
+			.ring = lacking[i].ring,
+			.ring_napi = lacking[i].ring_napi,
+			.card_napi = lacking[i].card_napi,
 			.interface = lacking[i].interface,
-			.busy_poll_us = lacking[i].busy_poll_us, .cpu = -1 });
+			.busy_poll_us = lacking[i].busy_poll_us,
+			.cpu = -1 });
 
 		assert_int_equal(out.wait, CONFIG_WAIT_SLEEP);
 		assert_int_equal(out.mode, LOOP_SLEEP);
@@ -101,7 +108,7 @@ static void what_is_asked_for_by_name_is_taken(void **state)
 	assert_int_equal(choose(facts).wait, CONFIG_WAIT_SLEEP);
 	facts.wanted = CONFIG_WAIT_NAPI;
 	assert_int_equal(choose(facts).wait, CONFIG_WAIT_NAPI);
-	facts.interface = "";			/* his word that its card can */
+	facts.interface = ""; /* his word that its card can */
 	facts.card_napi = 0;
 	assert_int_equal(choose(facts).busy_poll_us, 200);
 	facts.wanted = CONFIG_WAIT_SPIN;
@@ -140,11 +147,12 @@ static void no_combination_breaks_a_rule(void **state)
 					.interface = bits & 16 ? "eth1" : "",
 					.busy_poll_us = bits & 32 ? 100 : 0,
 					.cpu = bits & 64 ? 3 : -1,
-					.isolated = bits & 128, .servo = bits & 256,
+					.isolated = bits & 128,
+					.servo = bits & 256,
 				};
 				struct waiting out = choose(f);
-				bool ring = transport != CONFIG_SOCKET &&
-					    transport != CONFIG_XDP && !f.ring && !f.ring_napi;
+				bool ring = transport != CONFIG_SOCKET && transport != CONFIG_XDP &&
+					    !f.ring && !f.ring_napi;
 
 				assert_int_not_equal(out.wait, CONFIG_WAIT_AUTO);
 				assert_true(*out.why);
@@ -152,8 +160,7 @@ static void no_combination_breaks_a_rule(void **state)
 						 out.wait == CONFIG_WAIT_SPIN);
 				assert_true(out.wait == CONFIG_WAIT_NAPI || !out.busy_poll_us);
 				assert_true(out.wait != CONFIG_WAIT_NAPI || ring);
-				assert_int_equal(out.refused,
-						 wanted == CONFIG_WAIT_NAPI && !ring);
+				assert_int_equal(out.refused, wanted == CONFIG_WAIT_NAPI && !ring);
 				if (wanted == CONFIG_WAIT_SPIN || wanted == CONFIG_WAIT_SLEEP)
 					assert_int_equal(out.wait, wanted);
 				if (wanted == CONFIG_WAIT_AUTO && out.wait == CONFIG_WAIT_SPIN)
@@ -165,11 +172,15 @@ static void no_combination_breaks_a_rule(void **state)
 
 static void lists_of_cores_are_read_as_the_kernel_writes_them(void **state)
 {
-	static const struct { const char *list; int cpu; bool in, highest; } cases[] = {
-		{ "", 0, false, false }, { "\n", 0, false, false }, { "2\n", 2, true, true },
-		{ "2-3\n", 2, true, false }, { "2-3\n", 3, true, true },
-		{ "2-3\n", 4, false, false },
-		{ "1,3-5,7\n", 4, true, false }, { "1,3-5,7\n", 7, true, true },
+	static const struct {
+		const char *list;
+		int cpu;
+		bool in, highest;
+	} cases[] = {
+		{ "", 0, false, false },          { "\n", 0, false, false },
+		{ "2\n", 2, true, true },         { "2-3\n", 2, true, false },
+		{ "2-3\n", 3, true, true },       { "2-3\n", 4, false, false },
+		{ "1,3-5,7\n", 4, true, false },  { "1,3-5,7\n", 7, true, true },
 		{ "1,3-5,7\n", 6, false, false }, { "0-1\n", -1, false, false },
 	};
 
@@ -196,7 +207,7 @@ static void looking_around_finds_no_card_where_none_is_named(void **state)
 	strcpy(config.interface, "nosuchif0");
 	waiting_look(&config, &facts);
 	assert_int_equal(facts.card_napi, -ENODEV);
-	strcpy(config.interface, "lo");			/* has no queue to poll */
+	strcpy(config.interface, "lo"); /* has no queue to poll */
 	waiting_look(&config, &facts);
 	assert_true(facts.card_napi <= 0);
 }

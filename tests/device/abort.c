@@ -20,7 +20,7 @@
 #include "wire/pulse.h"
 
 enum {
-	PACKETS = 40,		/* about two rounds of all that an abort sends */
+	PACKETS = 40, /* about two rounds of all that an abort sends */
 	PHASES = POKEYS_TASK_STOPPING + 1,
 	PROBE_INPUT = 5,
 };
@@ -30,11 +30,17 @@ static struct world world;
 static void begin(void)
 {
 	const struct sim_switch home = {
-		.wired = true, .pin = SIM_DEDICATED, .from = INT32_MIN, .to = -150,
+		.wired = true,
+		.pin = SIM_DEDICATED,
+		.from = INT32_MIN,
+		.to = -150,
 	};
 	const struct sim_switch probe = {
-		.wired = true, .normally_open = true, .pin = SIM_PROBE_INPUT + PROBE_INPUT,
-		.from = 300, .to = INT32_MAX,
+		.wired = true,
+		.normally_open = true,
+		.pin = SIM_PROBE_INPUT + PROBE_INPUT,
+		.from = 300,
+		.to = INT32_MAX,
 	};
 	struct pokeys_axis_settings *axis;
 
@@ -58,11 +64,15 @@ static void begin(void)
 
 /* Axis 1 goes on as far as it is let. */
 static const struct pokeys_one_shot task_home = {
-	.operation = POKEYS_ONE_SHOT_HOME, .mask = 1,
+	.operation = POKEYS_ONE_SHOT_HOME,
+	.mask = 1,
 };
 static const struct pokeys_one_shot task_probe = {
-	.operation = POKEYS_ONE_SHOT_PROBE, .mask = 1, .index = PROBE_INPUT,
-	.value = { 5000 }, .parameter = { 0, 0.5f },
+	.operation = POKEYS_ONE_SHOT_PROBE,
+	.mask = 1,
+	.index = PROBE_INPUT,
+	.value = { 5000 },
+	.parameter = { 0, 0.5f },
 };
 
 static void queue(uint8_t operation)
@@ -144,7 +154,7 @@ static void abort_in_each_phase(const struct pokeys_one_shot *task)
 		char what[40];
 
 		begin();
-		world_go(&world, 1, 100000, 0);	/* and it does not stand at the beginning */
+		world_go(&world, 1, 100000, 0); /* and it does not stand at the beginning */
 		world_run(&world, 60 * MS);
 		world_one_shot(&world, task);
 		while (world.state.engine.task_phase != phase && left--) {
@@ -154,7 +164,7 @@ static void abort_in_each_phase(const struct pokeys_one_shot *task)
 			world_cycle(&world);
 		}
 		if (world.state.engine.task_phase != phase) {
-			assert_int_equal(phase, POKEYS_TASK_COMPLETE);	/* probing does not wait */
+			assert_int_equal(phase, POKEYS_TASK_COMPLETE); /* probing does not wait */
 			continue;
 		}
 		snprintf(what, sizeof(what), "operation %u phase %u", task->operation, phase);
@@ -208,8 +218,8 @@ static void keep_back(struct world *w, const uint8_t *packet)
 }
 
 /* The network kept the start back and delivers it so many ms after the abort. */
-static void start_that_arrives_after_the_abort(const struct pokeys_one_shot *task,
-					       unsigned int way, uint64_t delay_ns)
+static void start_that_arrives_after_the_abort(const struct pokeys_one_shot *task, unsigned int way,
+					       uint64_t delay_ns)
 {
 	begin();
 	memset(late, 0, sizeof(late));
@@ -230,7 +240,7 @@ static void start_that_arrives_late_is_stopped(void **state)
 	(void)state;
 	for (unsigned int way = 0; way < sizeof(aborts) / sizeof(aborts[0]); way++) {
 		if (aborts[way].abort == world_daemon_ends)
-			continue;	/* nobody is left to see it */
+			continue; /* nobody is left to see it */
 		for (uint64_t delay = 0; delay < 60; delay++) {
 			start_that_arrives_after_the_abort(&task_home, way, delay * MS);
 			start_that_arrives_after_the_abort(&task_probe, way, delay * MS);

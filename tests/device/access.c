@@ -307,8 +307,8 @@ int main(void)
 		cmocka_unit_test(one_damaged_answer_does_not_call_a_device_locked),
 		cmocka_unit_test(two_that_are_damaged_alike_do_not_either),
 		cmocka_unit_test(one_damaged_answer_does_not_make_a_password_wrong),
-		cmocka_unit_test_setup(
-			a_locked_device_is_told_after_three_answers_and_two_refusals, begin_locked),
+		cmocka_unit_test_setup(a_locked_device_is_told_after_three_answers_and_two_refusals,
+				       begin_locked),
 		cmocka_unit_test_setup(firmware_that_knows_no_password_runs, begin),
 		cmocka_unit_test_setup(device_that_is_locked_when_it_is_found_again_is_made_safe,
 				       begin),

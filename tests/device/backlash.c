@@ -135,7 +135,8 @@ static void nobody_asks_where_it_is_switched_off(void **state)
 static void old_firmware_is_told_of_in_one_line(void **state)
 {
 	const struct sim_rig_options old = {
-		.service_ns = 100 * US, .device.firmware_major = 0x31,
+		.service_ns = 100 * US,
+		.device.firmware_major = 0x31,
 		.device.firmware_revision = 25,
 	};
 	const struct event *said = &world.last_event[EVENT_CONFIG_MISSING];
@@ -148,7 +149,7 @@ static void old_firmware_is_told_of_in_one_line(void **state)
 	assert_int_equal(world.event_count[EVENT_CONFIG_MISSING], 1);
 	event_format(said, "mill", line, sizeof(line));
 	assert_string_equal(line, "mill: backlash is configured, but this firmware does not have "
-			    "it (4.1.26 does); update the device or remove those settings");
+				  "it (4.1.26 does); update the device or remove those settings");
 	assert_int_equal(world.sent.pulse[0x40] + world.sent.pulse[0x41], 0);
 	assert_int_equal(world.state.config_state, POKEYS_CONFIG_REFUSED);
 	device_report(world.device, &report);
@@ -202,7 +203,8 @@ static void pwm_and_outputs_follow_the_slots_of_an_axis(void **state)
 	world.command.pwm_enable = 1 | 1 << CHANNEL;
 	world.command.pwm_duty[0] = 250;
 	world.command.axis[2] = (struct pokeys_axis_command){
-		.mode = POKEYS_AXIS_BUFFERED, .enable = 1,
+		.mode = POKEYS_AXIS_BUFFERED,
+		.enable = 1,
 	};
 	world_machine_on(&world);
 	world_until(&world, is_synced, 500 * MS);
@@ -247,7 +249,8 @@ static bool is_applied_off(struct world *w)
 static void a_device_that_does_not_tell_is_written_to_once(void **state)
 {
 	const struct sim_rig_options echo = {
-		.service_ns = 100 * US, .device.choices.echo_synced = true,
+		.service_ns = 100 * US,
+		.device.choices.echo_synced = true,
 	};
 	struct pokeys_wish wish = { .session = 5, .generation = 1 };
 	const struct sim_engine_config *engine = &world.rig.device.config.engine;

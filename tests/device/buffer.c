@@ -18,7 +18,7 @@
 
 static struct world world;
 static unsigned int histogram[SIM_RING_SLOTS + 1];
-static int32_t soft_maximum;		/* of the axes, pulses; 0: none */
+static int32_t soft_maximum; /* of the axes, pulses; 0: none */
 
 static bool is_synced(struct world *w)
 {
@@ -28,7 +28,9 @@ static bool is_synced(struct world *w)
 static void go(unsigned int axis, int32_t position)
 {
 	world.command.axis[axis] = (struct pokeys_axis_command){
-		.position = position, .mode = POKEYS_AXIS_BUFFERED, .enable = 1,
+		.position = position,
+		.mode = POKEYS_AXIS_BUFFERED,
+		.enable = 1,
 	};
 }
 
@@ -74,7 +76,8 @@ static void begin(unsigned int axes, bool count_free)
 static void jitter(double loss)
 {
 	const struct sim_link_faults faults = {
-		.delay = { SIM_DELAY_UNIFORM, 25 * US, 2 * MS, 0 }, .loss = loss,
+		.delay = { SIM_DELAY_UNIFORM, 25 * US, 2 * MS, 0 },
+		.loss = loss,
 	};
 
 	world_faults(&world, &faults);
@@ -180,8 +183,11 @@ static void eight_axes_at_125_khz_do_not_run_dry(void **state)
 static void exact_whatever_the_network_does(bool count_free)
 {
 	const struct sim_link_faults faults = {
-		.delay = { SIM_DELAY_UNIFORM, 25 * US, 2 * MS, 0 }, .loss = 0.01,
-		.duplicate = 0.01, .reorder = 0.01, .reorder_ns = 3 * MS,
+		.delay = { SIM_DELAY_UNIFORM, 25 * US, 2 * MS, 0 },
+		.loss = 0.01,
+		.duplicate = 0.01,
+		.reorder = 0.01,
+		.reorder_ns = 3 * MS,
 	};
 
 	for (unsigned int round = 0; round < 10; round++) {
@@ -254,7 +260,8 @@ static int32_t most_error(unsigned int cycles, int32_t *at)
 		go(0, *at += 50);
 		world_cycle(&world);
 		most = abs(first_axis()->following_error) > most ?
-		       abs(first_axis()->following_error) : most;
+			       abs(first_axis()->following_error) :
+			       most;
 		most = abs(behind(*at)) > most ? abs(behind(*at)) : most;
 	}
 	return most;
@@ -315,7 +322,8 @@ static void refused_command_is_an_error(void **state)
 static void resynchronised_axis_is_behind(void **state)
 {
 	const struct sim_link_faults faults = {
-		.delay = { .low_ns = 25 * US }, .duplicate = 0.01,
+		.delay = { .low_ns = 25 * US },
+		.duplicate = 0.01,
 	};
 	int32_t at = 0, most;
 
@@ -347,7 +355,8 @@ static void move_on(int32_t cycle, int32_t *at)
 static void lost_fill_is_found_out_early(void **state)
 {
 	const struct sim_link_faults faults = {
-		.delay = { SIM_DELAY_UNIFORM, 25 * US, 5 * MS, 0 }, .loss = 0.05,
+		.delay = { SIM_DELAY_UNIFORM, 25 * US, 5 * MS, 0 },
+		.loss = 0.05,
 	};
 	int64_t late = 0;
 	int32_t at = 0;
@@ -433,8 +442,10 @@ static void lead_is_not_added_to_what_is_left(void **state)
 static void silences_are_learnt(void **state)
 {
 	const struct sim_link_faults faults = {
-		.delay = { .low_ns = 25 * US }, .burst_every_ns = 500 * MS,
-		.burst_length_ns = 10 * MS, .burst_loss = 1,
+		.delay = { .low_ns = 25 * US },
+		.burst_every_ns = 500 * MS,
+		.burst_length_ns = 10 * MS,
+		.burst_loss = 1,
 	};
 	int32_t at = 0;
 

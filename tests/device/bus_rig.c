@@ -25,8 +25,12 @@ void count_bus(struct world *w, const uint8_t *p)
 void module(unsigned int i, uint8_t type, uint8_t size)
 {
 	sim->bench.bus.module[i] = (struct sim_module){
-		.present = true, .type = type, .address = (uint8_t)(0x20 + i), .size = size,
-		.version = 7, .light = 99,
+		.present = true,
+		.type = type,
+		.address = (uint8_t)(0x20 + i),
+		.size = size,
+		.version = 7,
+		.light = 99,
 	};
 }
 

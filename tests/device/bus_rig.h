@@ -9,14 +9,14 @@
 
 #include "tests/device/world.h"
 
-enum { KEYBOARD = 3, PLAIN = 9 };	/* PoNET modules */
+enum { KEYBOARD = 3, PLAIN = 9 }; /* PoNET modules */
 
 extern struct world world;
 extern struct sim_device *sim;
 
 /* Requests that have left since the test began: a module's settings asked, its data sent. */
 extern uint64_t searched, modules_written;
-void count_bus(struct world *w, const uint8_t *p);	/* as world.watch */
+void count_bus(struct world *w, const uint8_t *p); /* as world.watch */
 
 /* A module is plugged in. */
 void module(unsigned int i, uint8_t type, uint8_t size);

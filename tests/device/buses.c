@@ -49,7 +49,8 @@ static void a_setting_that_is_read_shows_no_output_of_before(void **state)
 {
 	const struct sim_link_faults faults = {
 		.delay = { .kind = SIM_DELAY_UNIFORM, .high_ns = 2 * MS },
-		.reorder = 0.3, .reorder_ns = 6 * MS,
+		.reorder = 0.3,
+		.reorder_ns = 6 * MS,
 	};
 	uint32_t duty = 0;
 	uint8_t bus = 0;
@@ -192,8 +193,12 @@ static void what_was_changed_from_elsewhere_is_written_again(void **state)
 static void they_arrive_under_loss_duplication_and_reordering(void **state)
 {
 	const struct sim_link_faults faults = {
-		.delay = { SIM_DELAY_UNIFORM, 25 * US, 3 * MS, 0 }, .loss = 0.1, .duplicate = 0.1,
-		.copies = 1, .reorder = 0.1, .reorder_ns = 2 * MS,
+		.delay = { SIM_DELAY_UNIFORM, 25 * US, 3 * MS, 0 },
+		.loss = 0.1,
+		.duplicate = 0.1,
+		.copies = 1,
+		.reorder = 0.1,
+		.reorder_ns = 2 * MS,
 	};
 	const uint64_t seed = world_seed();
 
@@ -258,7 +263,7 @@ static void standing_outputs_cost_nothing(void **state)
 	world_run(&world, 1 * SECOND);
 	memset(&world.sent, 0, sizeof(world.sent));
 	world_run(&world, 1 * SECOND);
-	assert_in_range(world.sent.operation[0xCB], 4, 6);	/* reads */
+	assert_in_range(world.sent.operation[0xCB], 4, 6); /* reads */
 	assert_in_range(world.sent.operation[0xDA], 18, 22);
 	assert_in_range(world.sent.pulse[0x04], 4, 6);
 	assert_int_equal(world.sent.operation[0xCC], 1000);

@@ -144,7 +144,7 @@ static void each_bad_field_is_refused_by_name(void **state)
 	refused(COMMAND_FAULT_PWM_DUTY, 4);
 	world.command.poextbus_mask[10] = 1;
 	refused(COMMAND_FAULT_POEXTBUS, 10);
-	world_run(&world, 500 * MS);	/* until all modules were looked for */
+	world_run(&world, 500 * MS); /* until all modules were looked for */
 	world.command.ponet_mask = 1u << 7;
 	refused(COMMAND_FAULT_PONET, 7);
 	world.command.kbd48_flags = 0x08;
@@ -167,7 +167,7 @@ static void good_fields_beside_a_bad_one_count(void **state)
 	world.command.digital_out_mask[7] = 0xFF;
 	world_output(&world, 3, false);
 	world_run(&world, 5 * MS);
-	assert_true(world_latch(&world, 3));	/* the last good outputs stay */
+	assert_true(world_latch(&world, 3)); /* the last good outputs stay */
 }
 
 static void foreign_layout_is_refused_as_a_whole(void **state)

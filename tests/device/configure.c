@@ -168,8 +168,8 @@ static void axis_block_is_read_changed_and_written_whole(void **state)
 	assert_int_equal(axis_writes, 1);
 	assert_int_equal(last_axis[3], 1);
 	assert_int_equal(last_axis[8], WIRE_AXIS_ENABLED | WIRE_AXIS_INVERTED |
-			 WIRE_AXIS_INTERNAL_PLANNER | WIRE_AXIS_POSITION_MODE |
-			 WIRE_AXIS_SOFT_LIMITS);
+					       WIRE_AXIS_INTERNAL_PLANNER |
+					       WIRE_AXIS_POSITION_MODE | WIRE_AXIS_SOFT_LIMITS);
 	assert_true(fabsf(wire_get_f32(last_axis + 16) - 20) < 1e-6f);
 	assert_true(fabsf(wire_get_f32(last_axis + 20) - 0.5f) < 1e-6f);
 	assert_true(fabsf(wire_get_f32(last_axis + 24) - 0.5f) < 1e-6f);
@@ -235,8 +235,8 @@ static void period_filter_bus_matrix_and_name_are_set_and_the_rest_of_them_stays
 	(void)state;
 	sim->config.pwm.duty[1] = 5000;
 	sim->config.pwm.duty[2] = 40;
-	sim->config.panel.keyboard[8 + 8] = 17;		/* column 7, not used below */
-	sim->config.panel.keyboard[18] = 0xA5;		/* a key macro */
+	sim->config.panel.keyboard[8 + 8] = 17; /* column 7, not used below */
+	sim->config.panel.keyboard[18] = 0xA5;  /* a key macro */
 	sim->bus.poext[4] = 0x5A;
 	wants->set = POKEYS_SET_PWM_PERIOD | POKEYS_SET_ANALOG_FILTER | POKEYS_SET_POEXTBUS |
 		     POKEYS_SET_MATRIX | POKEYS_SET_NAME;
@@ -383,8 +383,8 @@ static void engine_running_from_before_is_stopped_first(void **state)
 	world_commander(&world, 3);
 	restart();
 	world_machine_on(&world);
-	world.command.axis[0] = (struct pokeys_axis_command){ 1000000, 0, POKEYS_AXIS_POSITION, 1,
-							      { 0 } };
+	world.command.axis[0] =
+		(struct pokeys_axis_command){ 1000000, 0, POKEYS_AXIS_POSITION, 1, { 0 } };
 	world_run(&world, 500 * MS);
 	assert_int_equal(world.rig.device.engine.axis[0].state, SIM_AX_RUNNING);
 	world.commanding = false;

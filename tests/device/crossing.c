@@ -101,7 +101,8 @@ static void only_to_zero(struct world *w, const uint8_t *packet)
 static void position_set_and_machine_on(unsigned int lost_replies)
 {
 	const struct pokeys_one_shot zero = {
-		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1,
+		.operation = POKEYS_ONE_SHOT_SET_POSITION,
+		.mask = 1,
 	};
 	uint32_t id;
 	int32_t place;
@@ -133,7 +134,8 @@ static void position_set_and_machine_on(unsigned int lost_replies)
 static void position_can_be_set_after_a_move_and_machine_off(void **state)
 {
 	const struct pokeys_one_shot zero = {
-		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1,
+		.operation = POKEYS_ONE_SHOT_SET_POSITION,
+		.mask = 1,
 	};
 
 	(void)state;

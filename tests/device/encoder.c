@@ -189,7 +189,7 @@ static void random_motion_under_losses_is_never_a_turn_off(void **state)
 		position += speed;
 		now += NOMINAL;
 		if (sim_prng_below(&prng, 100) < 10)
-			continue;	/* lost */
+			continue; /* lost */
 		if (encoder_low_byte(&encoder, (uint8_t)(int64_t)floor(position), now + jitter,
 				     NOMINAL) != ENCODER_TAKEN)
 			wants = true;

@@ -156,9 +156,14 @@ static void all_bits_are_read_at_once_after_a_gap(void **state)
 static void count_is_exact_after_any_chaos(void **state)
 {
 	const struct sim_link_faults faults = {
-		.delay = { SIM_DELAY_HEAVY_TAIL, 30 * US, 8 * MS, 1.3 }, .reorder = 0.1,
-		.reorder_ns = 2 * MS, .loss = 0.1, .duplicate = 0.1,
-		.burst_every_ns = 300 * MS, .burst_length_ns = 30 * MS, .burst_loss = 1,
+		.delay = { SIM_DELAY_HEAVY_TAIL, 30 * US, 8 * MS, 1.3 },
+		.reorder = 0.1,
+		.reorder_ns = 2 * MS,
+		.loss = 0.1,
+		.duplicate = 0.1,
+		.burst_every_ns = 300 * MS,
+		.burst_length_ns = 30 * MS,
+		.burst_loss = 1,
 	};
 	const uint64_t seed = world_seed();
 
@@ -188,7 +193,9 @@ static void count_is_exact_after_any_chaos(void **state)
 static enum pokeys_outcome shot(uint8_t operation, uint8_t index, int32_t value)
 {
 	const struct pokeys_one_shot s = {
-		.operation = operation, .index = index, .value = { value },
+		.operation = operation,
+		.index = index,
+		.value = { value },
 	};
 
 	return world_do(&world, &s, 500 * MS);
@@ -218,8 +225,8 @@ static void count_can_be_set_while_others_stand_or_turn(void **state)
 	assert_int_equal(world.state.encoder_resync[BASIC], 0);
 	/* the turning one went on as if nothing had happened, within one slot of 1 ms */
 	world_run(&world, 100 * MS);
-	assert_in_range(llabs(truth(FAST) - before - (int64_t)((world.tick - begun) / MS * 20)),
-			0, 25);
+	assert_in_range(llabs(truth(FAST) - before - (int64_t)((world.tick - begun) / MS * 20)), 0,
+			25);
 	assert_int_equal(shot(POKEYS_ONE_SHOT_SET_ENCODER, HIGH, 5), POKEYS_OUTCOME_DONE);
 	assert_int_equal(truth(HIGH), 5);
 	assert_int_equal(shot(POKEYS_ONE_SHOT_SET_ENCODER, ULTRA, 99), POKEYS_OUTCOME_DONE);
@@ -241,7 +248,7 @@ static void ultra_fast_index_zeroes_and_is_seen_once(void **state)
 	assert_in_range(world.state.encoder[ULTRA], 0, 400);
 	sim_encoder_index(&world.rig.device, ULTRA);
 	world_run(&world, 20 * MS);
-	assert_in_range(world.state.encoder[ULTRA], 450, 650);	/* 20 ms of 25 counts/ms */
+	assert_in_range(world.state.encoder[ULTRA], 450, 650); /* 20 ms of 25 counts/ms */
 	/* armed again, the mark is taken down first */
 	assert_int_equal(shot(POKEYS_ONE_SHOT_ARM_INDEX, ULTRA, 0), POKEYS_OUTCOME_DONE);
 	assert_false(world.state.encoder_index >> ULTRA & 1);
@@ -254,7 +261,7 @@ static void fast_index_zeroes_and_is_disarmed(void **state)
 	world_run(&world, 100 * MS);
 	sim_encoder_index(&world.rig.device, FAST);
 	world_run(&world, 5 * MS);
-	assert_true(truth(FAST) > 4000);	/* not armed: the pulse does nothing */
+	assert_true(truth(FAST) > 4000); /* not armed: the pulse does nothing */
 	assert_int_equal(shot(POKEYS_ONE_SHOT_ARM_INDEX, FAST, 0), POKEYS_OUTCOME_DONE);
 	assert_int_equal(world.rig.device.config.encoders.fast_index & 1, 1);
 	world_run(&world, 5 * MS);
@@ -340,7 +347,7 @@ static void a_new_count_is_told_in_the_image_that_has_it(void **state)
 			world_cycle(&world);
 			if (world.state.encoder_epoch == epoch)
 				assert_memory_equal(world.state.encoder, before, sizeof(before));
-			else	/* no sample of before, which a reader may not have seen yet */
+			else /* no sample of before, which a reader may not have seen yet */
 				assert_true(!world.state.encoder_t_ns[BASIC] ||
 					    world.state.encoder[BASIC] == 0);
 		}

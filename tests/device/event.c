@@ -147,18 +147,23 @@ static void lines_say_what_where_and_what_to_do(void **state)
 		struct event event;
 		const char *line;
 	} rows[] = {
-		{ { .code = EVENT_LINK, .a = POKEYS_LINK_LOST, .b = POKEYS_LINK_RUNNING,
+		{ { .code = EVENT_LINK,
+		    .a = POKEYS_LINK_LOST,
+		    .b = POKEYS_LINK_RUNNING,
 		    .c = POKEYS_FAULT_NO_ANSWER },
 		  "mill: lost (was running): it does not answer; check power, cable and address, "
 		  "and whether sudo pokeysctl discover finds it" },
-		{ { .code = EVENT_LINK, .a = POKEYS_LINK_CONFIGURING,
-		    .b = POKEYS_LINK_CONFIGURING, .c = POKEYS_FAULT_LOCKED },
+		{ { .code = EVENT_LINK,
+		    .a = POKEYS_LINK_CONFIGURING,
+		    .b = POKEYS_LINK_CONFIGURING,
+		    .c = POKEYS_FAULT_LOCKED },
 		  "mill: still configuring: it is locked" },
-		{ { .code = EVENT_LINK, .a = POKEYS_LINK_SEARCHING,
-		    .b = POKEYS_LINK_SEARCHING, .c = POKEYS_FAULT_NONE },
+		{ { .code = EVENT_LINK,
+		    .a = POKEYS_LINK_SEARCHING,
+		    .b = POKEYS_LINK_SEARCHING,
+		    .c = POKEYS_FAULT_NONE },
 		  "mill: still searching: the fault reported before has gone" },
-		{ { .code = EVENT_TASK, .a = POKEYS_TASK_HOMING, .b = POKEYS_TASK_TRIPPED,
-		    .c = 3 },
+		{ { .code = EVENT_TASK, .a = POKEYS_TASK_HOMING, .b = POKEYS_TASK_TRIPPED, .c = 3 },
 		  "mill: homing of axes 0 and 1: stopped by a limit switch or the emergency "
 		  "input" },
 		{ { .code = EVENT_TASK, .a = POKEYS_TASK_HYBRID_PROBING, .b = POKEYS_TASK_DONE },
@@ -175,8 +180,7 @@ static void lines_say_what_where_and_what_to_do(void **state)
 		  "mill: data is stale: some of it has not been received yet" },
 		{ { .code = EVENT_COMMANDER, .b = 101000 },
 		  "mill: the commander's heartbeat is 101000 us late" },
-		{ { .code = EVENT_COMMANDER, .b = -1, .c = 1 },
-		  "mill: the commander has ended" },
+		{ { .code = EVENT_COMMANDER, .b = -1, .c = 1 }, "mill: the commander has ended" },
 		{ { .code = EVENT_COMMANDER, .b = -1 },
 		  "mill: another commander has begun, or the same one again; "
 		  "no heartbeat from it yet" },
@@ -192,20 +196,27 @@ static void lines_say_what_where_and_what_to_do(void **state)
 		  "used: check address and serial" },
 		{ { .code = EVENT_IDENTIFIED, .a = 65432, .b = 32, .c = 0x04070f },
 		  "mill: is serial number 65432, hardware 32, firmware 4.7.15" },
-		{ { .code = EVENT_BAD_COMMAND, .a = COMMAND_FAULT_NOT_OFFERED,
+		{ { .code = EVENT_BAD_COMMAND,
+		    .a = COMMAND_FAULT_NOT_OFFERED,
 		    .b = COMMAND_PART_PONET },
 		  "mill: command refused: this device has no PoNET" },
 		{ { .code = EVENT_BAD_COMMAND, .a = COMMAND_FAULT_AXIS_VELOCITY, .b = 2 },
 		  "mill: command refused: velocity must be a number within +-1e7 pulses/s, axis "
 		  "2" },
-		{ { .code = EVENT_ONE_SHOT, .a = POKEYS_ONE_SHOT_REBOOT, .b = 9,
+		{ { .code = EVENT_ONE_SHOT,
+		    .a = POKEYS_ONE_SHOT_REBOOT,
+		    .b = 9,
 		    .c = POKEYS_OUTCOME_REFUSED },
 		  "mill: one-shot 9 (reboot): refused" },
-		{ { .code = EVENT_ONE_SHOT, .a = POKEYS_ONE_SHOT_HOME, .b = 10,
+		{ { .code = EVENT_ONE_SHOT,
+		    .a = POKEYS_ONE_SHOT_HOME,
+		    .b = 10,
 		    .c = POKEYS_OUTCOME_REFUSED | REFUSAL_NO_HOME_SWITCH << 8 | 2 << 16 },
 		  "mill: one-shot 10 (home): refused: axis 2 has no home switch (axis.2.home or "
 		  "axis.2.home-shared in pokeysd.conf)" },
-		{ { .code = EVENT_ONE_SHOT, .a = POKEYS_ONE_SHOT_SAVE_CONFIG, .b = EVENT_ORDERED,
+		{ { .code = EVENT_ONE_SHOT,
+		    .a = POKEYS_ONE_SHOT_SAVE_CONFIG,
+		    .b = EVENT_ORDERED,
 		    .c = POKEYS_OUTCOME_DONE },
 		  "mill: order of a terminal (save configuration): done" },
 		{ { .code = EVENT_ENGINE, .a = 101, .b = 3 },
@@ -255,7 +266,10 @@ static void numbers_out_of_every_table_do_no_harm(void **state)
 	for (unsigned int code = 0; code < 70000; code += code < 40 ? 1 : 997) {
 		for (size_t i = 0; i < sizeof(odd) / sizeof(odd[0]); i++) {
 			const struct event event = {
-				.code = (uint16_t)code, .a = odd[i], .b = odd[i], .c = odd[i],
+				.code = (uint16_t)code,
+				.a = odd[i],
+				.b = odd[i],
+				.c = odd[i],
 			};
 
 			for (size_t size = 0; size <= sizeof(text); size++) {

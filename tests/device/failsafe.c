@@ -387,8 +387,8 @@ int main(void)
 		cmocka_unit_test_setup(it_acts_as_well_when_the_answers_were_back_for_a_moment,
 				       begin),
 		cmocka_unit_test_setup(it_acts_as_well_before_a_new_daemon_has_heard_it, begin),
-		cmocka_unit_test_setup(
-			one_that_is_not_configured_has_no_turn_before_it_was_heard, begin),
+		cmocka_unit_test_setup(one_that_is_not_configured_has_no_turn_before_it_was_heard,
+				       begin),
 		cmocka_unit_test_setup(where_it_is_searched_for_no_search_goes_out_for_so_long,
 				       begin),
 		cmocka_unit_test_setup(what_could_not_be_sent_was_no_question, begin),

@@ -15,7 +15,7 @@
 #include <cmocka.h>
 #include "tests/device/world.h"
 
-enum { FIRST = 22, BITS = 16, RELAY = 0 };	/* inputs that count, an output that follows */
+enum { FIRST = 22, BITS = 16, RELAY = 0 }; /* inputs that count, an output that follows */
 
 static struct world world;
 static uint64_t began;
@@ -156,8 +156,10 @@ static void bursts_are_survived(void **state)
 	(void)state;
 	for (unsigned int i = 0; i < 12; i++) {
 		const struct sim_link_faults faults = {
-			.delay = { .low_ns = 25 * US }, .burst_every_ns = 300 * MS,
-			.burst_length_ns = (1 + 17 * i) * MS, .burst_loss = 1,
+			.delay = { .low_ns = 25 * US },
+			.burst_every_ns = 300 * MS,
+			.burst_length_ns = (1 + 17 * i) * MS,
+			.burst_loss = 1,
 		};
 
 		begin(NULL, seed + i);
@@ -208,8 +210,12 @@ static void reordered_late_and_doubled_packets_publish_nothing_wrong(void **stat
 		const struct sim_link_faults faults = {
 			/* no packet is under way for longer than its id rests, 500 ms */
 			.delay = { SIM_DELAY_HEAVY_TAIL, 50 * US, (10 + 15 * i) * MS, 1.1 },
-			.reorder = 0.2, .reorder_ns = (1 + 5 * i) * MS, .duplicate = 0.3,
-			.copies = 1 + 3 * i, .copy_gap_ns = 3 * MS, .loss = 0.02,
+			.reorder = 0.2,
+			.reorder_ns = (1 + 5 * i) * MS,
+			.duplicate = 0.3,
+			.copies = 1 + 3 * i,
+			.copy_gap_ns = 3 * MS,
+			.loss = 0.02,
 		};
 
 		begin(NULL, seed + i);
@@ -225,7 +231,10 @@ static void reordered_late_and_doubled_packets_publish_nothing_wrong(void **stat
 static void wrong_answers_are_dropped(void **state)
 {
 	const struct sim_link_faults faults = {
-		.delay = { .low_ns = 25 * US }, .wrong_id = 0.1, .wrong_op = 0.1, .truncate = 0.1,
+		.delay = { .low_ns = 25 * US },
+		.wrong_id = 0.1,
+		.wrong_op = 0.1,
+		.truncate = 0.1,
 	};
 
 	(void)state;
@@ -260,7 +269,10 @@ static void stray_replies_cost_nothing(void **state)
 static void jitter_makes_no_storm(void **state)
 {
 	const struct sim_rig_options options = {
-		.service_ns = 380 * US, .jitter_ns = 600 * US, .hiccup = 0.01, .hiccup_ns = 5 * MS,
+		.service_ns = 380 * US,
+		.jitter_ns = 600 * US,
+		.hiccup = 0.01,
+		.hiccup_ns = 5 * MS,
 	};
 
 	(void)state;
@@ -282,7 +294,7 @@ static void silences_of_any_length_are_survived(void **state)
 	begin(NULL, seed);
 	for (unsigned int i = 0; i < 100; i++) {
 		const uint64_t length = i == 99 ? 60 * SECOND :
-					(10 + sim_prng_below(&prng, i * 40 + 1)) * MS;
+						  (10 + sim_prng_below(&prng, i * 40 + 1)) * MS;
 
 		sim_rig_silence(&world.rig, world.now, length);
 		world_run(&world, length);
@@ -297,7 +309,8 @@ static void silences_of_any_length_are_survived(void **state)
 static void reboots_at_any_moment_are_survived(void **state)
 {
 	const struct sim_rig_options options = {
-		.service_ns = 100 * US, .device.boot_ms = 700,
+		.service_ns = 100 * US,
+		.device.boot_ms = 700,
 	};
 	const uint64_t seed = world_seed();
 	struct sim_prng prng;
@@ -319,7 +332,8 @@ static void reboots_at_any_moment_are_survived(void **state)
 static void reboots_and_losses_while_it_is_being_found(void **state)
 {
 	const struct sim_rig_options options = {
-		.service_ns = 100 * US, .device.boot_ms = 20,
+		.service_ns = 100 * US,
+		.device.boot_ms = 20,
 	};
 	const uint64_t seed = world_seed();
 	struct sim_prng prng;

@@ -22,17 +22,16 @@ enum { SEEDS = 25, RUN_MS = 1500 };
 
 static struct world world;
 
-
 struct kind {
 	const char *name;
 	unsigned int axes;
-	int32_t speed;			/* pulses in a millisecond, of the fastest axis */
-	uint8_t khz;			/* of the device; 0: its own */
+	int32_t speed; /* pulses in a millisecond, of the fastest axis */
+	uint8_t khz;   /* of the device; 0: its own */
 	bool count_free;
 	/* what becomes of parts on their way */
 	void (*watch)(struct world *world, const uint8_t *packet);
 	bool (*lose_reply)(struct world *world, const uint8_t *packet);
-	uint8_t used;			/* this operation or sub-command must have gone */
+	uint8_t used; /* this operation or sub-command must have gone */
 };
 
 static bool is_running(struct world *w)
@@ -43,7 +42,9 @@ static bool is_running(struct world *w)
 static void go(unsigned int axis, int32_t position)
 {
 	world.command.axis[axis] = (struct pokeys_axis_command){
-		.position = position, .mode = POKEYS_AXIS_BUFFERED, .enable = 1,
+		.position = position,
+		.mode = POKEYS_AXIS_BUFFERED,
+		.enable = 1,
 	};
 }
 
@@ -120,8 +121,11 @@ static void ends_exactly(const struct kind *kind, uint64_t seed)
 static void exact_under_all_of_it(const struct kind *kind)
 {
 	static const struct sim_link_faults faults = {
-		.delay = { SIM_DELAY_UNIFORM, 25 * US, 2 * MS, 0 }, .loss = 0.02,
-		.duplicate = 0.01, .reorder = 0.02, .reorder_ns = 3 * MS,
+		.delay = { SIM_DELAY_UNIFORM, 25 * US, 2 * MS, 0 },
+		.loss = 0.02,
+		.duplicate = 0.01,
+		.reorder = 0.02,
+		.reorder_ns = 3 * MS,
 	};
 	const uint64_t first = getenv("POKEYS_SEED") ? world_seed() : 1;
 	uint64_t used = 0;
@@ -149,7 +153,10 @@ static void exact_under_all_of_it(const struct kind *kind)
 static void bytes_one_packet(void **state)
 {
 	static const struct kind kinds[] = {
-		{ .name = "bytes, free slots told", .axes = 3, .speed = 40, .count_free = true,
+		{ .name = "bytes, free slots told",
+		  .axes = 3,
+		  .speed = 40,
+		  .count_free = true,
 		  .used = 0xFF },
 		{ .name = "bytes, not told", .axes = 3, .speed = 40, .used = 0xFF },
 	};
@@ -162,8 +169,12 @@ static void bytes_one_packet(void **state)
 static void wide_steps(void **state)
 {
 	static const struct kind kinds[] = {
-		{ .name = "16 bits, free slots told", .axes = 3, .speed = 160, .khz = 250,
-		  .count_free = true, .used = 0xFE },
+		{ .name = "16 bits, free slots told",
+		  .axes = 3,
+		  .speed = 160,
+		  .khz = 250,
+		  .count_free = true,
+		  .used = 0xFE },
 		{ .name = "16 bits, not told", .axes = 3, .speed = 160, .khz = 250, .used = 0xFE },
 	};
 
@@ -175,11 +186,18 @@ static void wide_steps(void **state)
 static void eight_parts(void **state)
 {
 	static const struct kind kinds[] = {
-		{ .name = "parts, free slots told", .axes = 8, .speed = 80, .count_free = true,
+		{ .name = "parts, free slots told",
+		  .axes = 8,
+		  .speed = 80,
+		  .count_free = true,
 		  .used = 0xB0 },
 		{ .name = "parts, not told", .axes = 8, .speed = 80, .used = 0xB0 },
-		{ .name = "wide parts, free slots told", .axes = 8, .speed = 160, .khz = 250,
-		  .count_free = true, .used = 0xB0 },
+		{ .name = "wide parts, free slots told",
+		  .axes = 8,
+		  .speed = 160,
+		  .khz = 250,
+		  .count_free = true,
+		  .used = 0xB0 },
 	};
 
 	(void)state;
@@ -203,10 +221,17 @@ static bool lose_answers_to_parts(struct world *w, const uint8_t *packet)
 static void parts_that_nobody_answers_are_given_up(void **state)
 {
 	static const struct kind kinds[] = {
-		{ .name = "parts swallowed", .axes = 8, .speed = 80, .count_free = true,
-		  .watch = swallow_parts, .used = 0xFF },
-		{ .name = "parts swallowed, not told", .axes = 8, .speed = 80,
-		  .watch = swallow_parts, .used = 0xFF },
+		{ .name = "parts swallowed",
+		  .axes = 8,
+		  .speed = 80,
+		  .count_free = true,
+		  .watch = swallow_parts,
+		  .used = 0xFF },
+		{ .name = "parts swallowed, not told",
+		  .axes = 8,
+		  .speed = 80,
+		  .watch = swallow_parts,
+		  .used = 0xFF },
 	};
 
 	(void)state;
@@ -220,8 +245,12 @@ static void parts_that_nobody_answers_are_given_up(void **state)
 static void parts_whose_answers_are_lost_move_once(void **state)
 {
 	static const struct kind kind = {
-		.name = "answers to parts lost", .axes = 8, .speed = 80, .count_free = true,
-		.lose_reply = lose_answers_to_parts, .used = 0xB0,
+		.name = "answers to parts lost",
+		.axes = 8,
+		.speed = 80,
+		.count_free = true,
+		.lose_reply = lose_answers_to_parts,
+		.used = 0xB0,
 	};
 
 	(void)state;

@@ -12,7 +12,7 @@
 #include "tests/device/world.h"
 #include "wire/io.h"
 
-enum { PIN = 30 };		/* terminal 31, which is on in the safe state */
+enum { PIN = 30 }; /* terminal 31, which is on in the safe state */
 
 static struct world world;
 static uint64_t pin_writes, changed;
@@ -191,7 +191,7 @@ static void what_nobody_wants_is_only_shown(void **state)
 static void any_setting_is_seen(void **state)
 {
 	(void)state;
-	world.rig.device.config.engine.axis[1][0] ^= 0x08;	/* position mode */
+	world.rig.device.config.engine.axis[1][0] ^= 0x08; /* position mode */
 	world_run(&world, 15 * SECOND);
 	assert_int_equal(world.state.config_foreign, 1);
 	assert_int_equal(world.last_event[EVENT_CONFIG_FOREIGN].b, 1);

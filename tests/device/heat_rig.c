@@ -6,12 +6,20 @@
 #include <string.h>
 #include "wire/io.h"
 
-static const unsigned int input[HEATERS] = { 2, 0 };	/* by a fast reply, and by a slow one */
+static const unsigned int input[HEATERS] = { 2, 0 }; /* by a fast reply, and by a slow one */
 
 /* Of a tenth of a hot end, so that a test needs seconds of virtual time. */
 static const struct sim_heat_config block = {
-	.watts = 40, .capacity = 3, .loss = 0.1, .room = 22, .delay_s = 0.2, .lag_s = 0.2,
-	.noise = 0.1, .pull_up = 4700, .ohm = 100e3, .beta = 3950,
+	.watts = 40,
+	.capacity = 3,
+	.loss = 0.1,
+	.room = 22,
+	.delay_s = 0.2,
+	.lag_s = 0.2,
+	.noise = 0.1,
+	.pull_up = 4700,
+	.ohm = 100e3,
+	.beta = 3950,
 };
 
 struct world world;
@@ -26,7 +34,8 @@ double heat_power(unsigned int heater)
 	if (config->kind == HEATING_PIN)
 		return world.rig.device.pins.latch >> config->output & 1 ? 1 : 0;
 	return pwm->enabled >> config->output & 1 && pwm->period ?
-	       (double)sim_pwm_duty(&world.rig.device, config->output) / pwm->period : 0;
+		       (double)sim_pwm_duty(&world.rig.device, config->output) / pwm->period :
+		       0;
 }
 
 void heat_warm(double seconds)
@@ -43,7 +52,7 @@ void heat_cycle(void)
 {
 	static struct pokeys_report report;
 
-	device_report(world.device, &report);	/* as the loop does */
+	device_report(world.device, &report); /* as the loop does */
 	world_cycle(&world);
 	heat_warm(0.001);
 }
@@ -67,8 +76,12 @@ static void heat_configure(unsigned int heater, enum heating_output kind, uint8_
 	struct heating_config *config = &world.config.heater[heater];
 
 	*config = (struct heating_config){
-		.heater = heater_usual, .sensor = (uint8_t)input[heater], .kind = (uint8_t)kind,
-		.output = output, .least_ns = 100 * MS, .within = 3,
+		.heater = heater_usual,
+		.sensor = (uint8_t)input[heater],
+		.kind = (uint8_t)kind,
+		.output = output,
+		.least_ns = 100 * MS,
+		.within = 3,
 	};
 	strcpy(config->name, heater == HOTEND ? "hotend" : "bed");
 	config->heater.gains = (struct pid_gains){ .p = 0.03, .i = 0.01, .smooth = 0.1 };
@@ -151,7 +164,8 @@ void heat_expect_fault(unsigned int heater, enum pokeys_heater_fault fault)
 enum pokeys_outcome heat_reset(unsigned int heater)
 {
 	const struct pokeys_one_shot shot = {
-		.operation = POKEYS_ONE_SHOT_HEATER_RESET, .index = (uint8_t)heater,
+		.operation = POKEYS_ONE_SHOT_HEATER_RESET,
+		.index = (uint8_t)heater,
 	};
 
 	return world_do(&world, &shot, 1 * SECOND);
@@ -160,7 +174,8 @@ enum pokeys_outcome heat_reset(unsigned int heater)
 enum pokeys_outcome heat_tune(unsigned int heater, float target)
 {
 	const struct pokeys_one_shot shot = {
-		.operation = POKEYS_ONE_SHOT_HEATER_TUNE, .index = (uint8_t)heater,
+		.operation = POKEYS_ONE_SHOT_HEATER_TUNE,
+		.index = (uint8_t)heater,
 		.parameter = { target },
 	};
 

@@ -119,7 +119,7 @@ static void a_lost_device_switches_them_off_itself_and_they_stay_off(void **stat
 {
 	(void)state;
 	heat_up();
-	heat_silence(1500 * MS);	/* its failsafe waits for 1 s */
+	heat_silence(1500 * MS); /* its failsafe waits for 1 s */
 	assert_int_equal(world.state.link, POKEYS_LINK_LOST);
 	heat_run(20 * MS);
 	world_until(&world, world_is_running, 3 * SECOND);
@@ -161,7 +161,7 @@ static void without_a_commander_they_are_off_at_once(void **state)
 	(void)state;
 	heat_up();
 	world.commanding = false;
-	heat_expect_off(100 * MS + 220 * MS);	/* heartbeat-timeout-ms, and the shortest hold-s */
+	heat_expect_off(100 * MS + 220 * MS); /* heartbeat-timeout-ms, and the shortest hold-s */
 	assert_int_equal(heat_shown(HOTEND)->state, POKEYS_HEATER_OFF);
 	assert_int_equal(world.event_count[EVENT_HEATER_LEFT], 2);
 	world_until(&world, world_is_safe, 1 * SECOND);
@@ -193,7 +193,7 @@ static void one_that_holds_goes_on_while_all_else_is_safe(void **state)
 	for (unsigned int i = 0; i < 20000; i++) {
 		heat_cycle();
 		assert_true(fabs(heat[HOTEND].sensor - 150) < 3);
-		assert_false(world.state.flags & POKEYS_STATE_SAFE);	/* for it heats */
+		assert_false(world.state.flags & POKEYS_STATE_SAFE); /* for it heats */
 	}
 	assert_true(heat_power(BED) <= 0);
 	sim_heat_break(&heat[HOTEND], SIM_HEAT_OPEN);
@@ -210,7 +210,7 @@ static void an_emergency_stop_switches_them_off(void **state)
 	world.command.flags |= POKEYS_COMMAND_EMERGENCY;
 	world_cycle(&world);
 	assert_true(heat_power(BED) <= 0);
-	heat_expect_off(1 * MS);	/* PWM may wait for its turn */
+	heat_expect_off(1 * MS); /* PWM may wait for its turn */
 	world.command.flags = 0;
 	heat_expect_off(0);
 	assert_int_equal(heat_shown(HOTEND)->state, POKEYS_HEATER_OFF);

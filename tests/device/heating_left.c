@@ -197,8 +197,7 @@ static bool swallow_duty_now;
 
 static void swallow_failsafe(struct world *w, const uint8_t *packet)
 {
-	w->swallow = packet[1] == 0x81 ||
-		     (swallow_duty_now && packet[1] == 0xCB && packet[2]);
+	w->swallow = packet[1] == 0x81 || (swallow_duty_now && packet[1] == 0xCB && packet[2]);
 }
 
 /* It has begun again without the one that it had, and says nothing of it. */
@@ -234,7 +233,7 @@ static void nothing_waits_for_a_failsafe_that_takes_long(void **state)
 		heat_prepare(NULL);
 		world.config.settings.failsafe_timeout = 250;
 		world.config.settings.failsafe_peripherals = WIRE_FAILSAFE_DIGITAL |
-			(covers ? WIRE_FAILSAFE_PWM : 0);
+							     (covers ? WIRE_FAILSAFE_PWM : 0);
 		world.config.heater[HOTEND].without_failsafe = true;
 		world.config.heater[BED].without_failsafe = true;
 		heat_start();
@@ -308,7 +307,8 @@ static void what_heats_is_never_called_off(void **state)
 	for (unsigned int round = 0; round < 12; round++) {
 		const double lost = 0.1 + 0.06 * round;
 		struct sim_link_faults faults = {
-			.loss = lost, .delay = { .low_ns = round * MS / 3 },
+			.loss = lost,
+			.delay = { .low_ns = round * MS / 3 },
 		};
 
 		heat_begin(NULL);
@@ -329,8 +329,7 @@ static void what_heats_is_never_called_off(void **state)
 				const uint8_t shown = heat_shown(k)->state;
 
 				heated += heat_power(k) > 0;
-				assert_true(heat_power(k) <= 0 ||
-					    shown == POKEYS_HEATER_HEATING ||
+				assert_true(heat_power(k) <= 0 || shown == POKEYS_HEATER_HEATING ||
 					    shown == POKEYS_HEATER_STOPPING);
 			}
 		}

@@ -76,10 +76,15 @@ static void keep_it_on(struct pokeys_settings *settings)
 static void a_commander_that_changes_the_device_under_them_switches_them_off(void **state)
 {
 	void (*const changes[])(struct pokeys_settings *settings) = {
-		invert_the_output, give_it_to_an_axis, freeze_the_sensors, keep_it_on,
+		invert_the_output,
+		give_it_to_an_axis,
+		freeze_the_sensors,
+		keep_it_on,
 	};
 	static const enum pokeys_obstacle obstacles[] = {
-		POKEYS_OBSTACLE_OUTPUT, POKEYS_OBSTACLE_SHARED, POKEYS_OBSTACLE_FILTER,
+		POKEYS_OBSTACLE_OUTPUT,
+		POKEYS_OBSTACLE_SHARED,
+		POKEYS_OBSTACLE_FILTER,
 		POKEYS_OBSTACLE_FAILSAFE,
 	};
 
@@ -198,7 +203,7 @@ static void an_off_is_followed_while_a_power_is_under_way(void **state)
 	heat_command(HOTEND, 150);
 	while (!duties)
 		heat_cycle();
-	heat_run(2 * MS);	/* with the next period */
+	heat_run(2 * MS); /* with the next period */
 	assert_true(heat_power(HOTEND) > 0);
 	heat_command(HOTEND, 0);
 	heat_run(100 * MS);
@@ -364,7 +369,7 @@ static void pwm_at_a_heaters_terminal_is_switched_off(void **state)
 		pwm->period = PERIOD;
 		pwm->enabled = 1u << CHANNEL | 1u << FAN_PWM;
 		pwm->duty[CHANNEL] = PERIOD;
-		world.config.resume_parts = DEVICE_RESUME_PWM;	/* no safe state switches it off */
+		world.config.resume_parts = DEVICE_RESUME_PWM; /* no safe state switches it off */
 		heat_start();
 		heat_run(200 * MS);
 		assert_int_equal(pwm->enabled, 1u << FAN_PWM | (with_pwm ? 1u << HOTEND_PWM : 0));
@@ -391,8 +396,10 @@ static void channels_that_nobody_commands_stay_as_they_are(void **state)
 static enum pokeys_outcome set_gain(unsigned int heater, unsigned int which, float value)
 {
 	const struct pokeys_one_shot shot = {
-		.operation = POKEYS_ONE_SHOT_HEATER_GAIN, .index = (uint8_t)heater,
-		.mask = (uint8_t)which, .parameter = { value },
+		.operation = POKEYS_ONE_SHOT_HEATER_GAIN,
+		.index = (uint8_t)heater,
+		.mask = (uint8_t)which,
+		.parameter = { value },
 	};
 
 	return world_do(&world, &shot, 1 * SECOND);

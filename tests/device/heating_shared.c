@@ -175,7 +175,7 @@ static void a_long_pulse_ends_with_the_heater(void **state)
 
 	(void)state;
 	heat_prepare(NULL);
-	world.config.settings.pwm_period = 12500000;	/* half a second */
+	world.config.settings.pwm_period = 12500000; /* half a second */
 	heat_start();
 	for (unsigned int i = 0; i < 60; i++) {
 		heat_command(HOTEND, 0);
@@ -185,8 +185,7 @@ static void a_long_pulse_ends_with_the_heater(void **state)
 		/* below what it is: no power, but no stop either */
 		heat_command(HOTEND, 30);
 		heat_run(100 * MS + i % 5 * 3 * MS);
-		late += world.rig.device.config.pwm.duty[HOTEND_PWM] == 0 &&
-			heat_power(HOTEND) > 0;
+		late += world.rig.device.config.pwm.duty[HOTEND_PWM] == 0 && heat_power(HOTEND) > 0;
 		heat_command(HOTEND, 0);
 		heat_run(5 * MS);
 		assert_true(heat_power(HOTEND) <= 0);
@@ -198,7 +197,9 @@ static void a_long_pulse_ends_with_the_heater(void **state)
 static void fan_of(unsigned int heater, enum heating_output kind, uint8_t output)
 {
 	world.config.heater[heater].fan = (struct heating_fan_config){
-		.kind = (uint8_t)kind, .output = output, .speed = 0.5,
+		.kind = (uint8_t)kind,
+		.output = output,
+		.speed = 0.5,
 		.fan = { .above = 50, .hysteresis = 5 },
 	};
 }
@@ -231,10 +232,10 @@ static void expect_fans(double hotend, double bed)
 {
 	assert_true(fabs(fan_speed(HOTEND) - hotend) < 0.001);
 	assert_true(fabs(fan_speed(BED) - bed) < 0.001);
-	assert_int_equal(heat_shown(HOTEND)->fan, hotend > 0 ? POKEYS_HEATER_FAN_ON :
-							       POKEYS_HEATER_FAN_OFF);
-	assert_int_equal(heat_shown(BED)->fan, bed > 0 ? POKEYS_HEATER_FAN_ON :
-							 POKEYS_HEATER_FAN_OFF);
+	assert_int_equal(heat_shown(HOTEND)->fan,
+			 hotend > 0 ? POKEYS_HEATER_FAN_ON : POKEYS_HEATER_FAN_OFF);
+	assert_int_equal(heat_shown(BED)->fan,
+			 bed > 0 ? POKEYS_HEATER_FAN_ON : POKEYS_HEATER_FAN_OFF);
 }
 
 static void a_fan_runs_while_its_heater_is_hot(void **state)

@@ -182,7 +182,7 @@ static void an_edge_that_is_refused_brings_nothing_back(void **state)
 static void they_wait_after_a_suspend(void **state)
 {
 	(void)state;
-	sim_pins_write(sim, 1u << SPINDLE | 1u << LAMP, 0);	/* its failsafe has acted */
+	sim_pins_write(sim, 1u << SPINDLE | 1u << LAMP, 0); /* its failsafe has acted */
 	device_suspended(world.device, world.now, 60 * SECOND);
 	world_cycle(&world);
 	assert_int_equal(world.state.link, POKEYS_LINK_LOST);

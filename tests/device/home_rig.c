@@ -15,7 +15,10 @@ struct world world;
 void wire_limit(unsigned int axis, int32_t from, int32_t to)
 {
 	const struct sim_switch limit = {
-		.wired = true, .pin = SIM_DEDICATED, .from = from, .to = to,
+		.wired = true,
+		.pin = SIM_DEDICATED,
+		.from = from,
+		.to = to,
 	};
 
 	sim_bench_switch(&world.rig.device, &world.rig.device.bench.machine.axis[axis].minus,
@@ -30,7 +33,10 @@ void set_up(uint8_t options, uint8_t switches)
 void set_up_without(uint8_t options, uint8_t switches, uint8_t without)
 {
 	const struct sim_switch home = {
-		.wired = true, .pin = SIM_DEDICATED, .from = INT32_MIN, .to = HOME_AT,
+		.wired = true,
+		.pin = SIM_DEDICATED,
+		.from = INT32_MIN,
+		.to = HOME_AT,
 	};
 
 	world_init(&world, NULL);
@@ -62,7 +68,9 @@ int begin(void **state)
 struct pokeys_one_shot home(uint8_t mask, uint8_t flags)
 {
 	return (struct pokeys_one_shot){
-		.operation = POKEYS_ONE_SHOT_HOME, .mask = mask, .flags = flags,
+		.operation = POKEYS_ONE_SHOT_HOME,
+		.mask = mask,
+		.flags = flags,
 		.value = { 100, 200, 300 },
 	};
 }

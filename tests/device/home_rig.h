@@ -19,7 +19,7 @@ void wire_limit(unsigned int axis, int32_t from, int32_t to);
 void set_up(uint8_t options, uint8_t switches);
 /* ... some of which (one bit each) have no home switch. */
 void set_up_without(uint8_t options, uint8_t switches, uint8_t without);
-int begin(void **state);	/* for cmocka, without any */
+int begin(void **state); /* for cmocka, without any */
 
 /* Axes to home; their counts are to be 100, 200, 300 at the switch. */
 struct pokeys_one_shot home(uint8_t mask, uint8_t flags);

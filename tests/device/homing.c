@@ -190,7 +190,9 @@ static void homing_that_nobody_finishes_finishes_itself(void **state)
 static void position_may_be_set_after_it(void **state)
 {
 	const struct pokeys_one_shot set = {
-		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1, .value = { 4000 },
+		.operation = POKEYS_ONE_SHOT_SET_POSITION,
+		.mask = 1,
+		.value = { 4000 },
 	};
 
 	(void)state;
@@ -298,7 +300,7 @@ static void what_is_not_valid_is_refused(void **state)
 
 	(void)state;
 	world_refuses(&world, &shot, REFUSAL_NO_AXIS, 0);
-	shot.mask = 0x11;	/* axis 4 is not set up */
+	shot.mask = 0x11; /* axis 4 is not set up */
 	world_refuses(&world, &shot, REFUSAL_AXIS_OFF, 4);
 	shot = home(1, 0);
 	for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++) {
@@ -309,7 +311,7 @@ static void what_is_not_valid_is_refused(void **state)
 	shot.value[0] = 1 << 25;
 	world_refuses(&world, &shot, REFUSAL_POSITION, 0);
 	start(2);
-	shot = home(1, 0);	/* one at a time */
+	shot = home(1, 0); /* one at a time */
 	world_refuses(&world, &shot, REFUSAL_BUSY, 0);
 	world.command.flags = 0;
 	world_run(&world, 200 * MS);

@@ -113,7 +113,7 @@ static void restart_when(uint8_t flags, enum pokeys_task_phase phase, unsigned i
 	struct pokeys_axis before;
 	uint8_t epoch;
 
-	shot.value[0] = 5000;	/* further from 0 than it can go in a moment */
+	shot.value[0] = 5000; /* further from 0 than it can go in a moment */
 	begin(NULL);
 	world_one_shot(&world, &shot);
 	while (world.state.engine.task_phase != phase)
@@ -206,7 +206,7 @@ static void settings_that_are_read_again_leave_it_homed(void **state)
 	for (unsigned int i = 0; i < 2000; i++) {
 		if (i == 0)
 			assert_int_equal(device_order(world.device, DEVICE_ORDER_APPLY), 0);
-		if (i == 1000)		/* the file was read again */
+		if (i == 1000) /* the file was read again */
 			device_wanted(world.device, &world.config.settings);
 		world_cycle(&world);
 		assert_int_equal(world.state.engine.axis[0].homed, 1);

@@ -11,7 +11,7 @@
 #include "tests/device/world.h"
 #include "wire/pulse.h"
 
-enum { WHEEL = 5, PULSES = 10 };	/* of one count */
+enum { WHEEL = 5, PULSES = 10 }; /* of one count */
 
 static struct world world;
 
@@ -155,7 +155,8 @@ static void emergency_ends_it(void **state)
 static void time_limit_ends_it(void **state)
 {
 	const struct pokeys_one_shot shot = {
-		.operation = POKEYS_ONE_SHOT_JOG, .parameter = { 0.5f },
+		.operation = POKEYS_ONE_SHOT_JOG,
+		.parameter = { 0.5f },
 	};
 
 	(void)state;
@@ -205,7 +206,8 @@ static void it_is_asked_for_until_it_is_heard(void **state)
 static void lost_packets_do_not_matter(void **state)
 {
 	const struct sim_link_faults faults = {
-		.delay = { SIM_DELAY_UNIFORM, 25 * US, 2 * MS, 0 }, .loss = 0.1,
+		.delay = { SIM_DELAY_UNIFORM, 25 * US, 2 * MS, 0 },
+		.loss = 0.1,
 	};
 	const uint64_t seed = world_seed();
 

@@ -182,7 +182,7 @@ static void axis_that_is_far_behind_is_not_led(void **state)
 	const struct pokeys_axis *axis = &world.state.engine.axis[0];
 
 	(void)state;
-	for (int32_t i = 1; i <= 200; i++) {	/* three times as fast as it can go */
+	for (int32_t i = 1; i <= 200; i++) { /* three times as fast as it can go */
 		world_go(&world, 0, i * 60, 60000);
 		world_cycle(&world);
 		assert_true(axis->reference - i * 60 <= 400);

@@ -157,7 +157,8 @@ static void device_replaced_by_a_foreign_one_is_refused(void **state)
 static void unknown_type_is_refused(void **state)
 {
 	const struct sim_rig_options options = {
-		.device.hardware = 45, .service_ns = 100 * US,
+		.device.hardware = 45,
+		.service_ns = 100 * US,
 	};
 
 	(void)state;
@@ -200,7 +201,8 @@ static void short_silence_is_no_loss(void **state)
 static void reboot_is_noticed_and_fresh_soon(void **state)
 {
 	const struct sim_rig_options options = {
-		.device.boot_ms = 1500, .service_ns = 100 * US,
+		.device.boot_ms = 1500,
+		.service_ns = 100 * US,
 	};
 
 	(void)state;
@@ -218,7 +220,8 @@ static void reboot_is_noticed_and_fresh_soon(void **state)
 static void reboot_within_the_silence_that_is_no_loss_is_noticed(void **state)
 {
 	const struct sim_rig_options options = {
-		.device.boot_ms = 60, .service_ns = 100 * US,
+		.device.boot_ms = 60,
+		.service_ns = 100 * US,
 	};
 
 	(void)state;
@@ -322,7 +325,7 @@ static void outputs_follow_again_soon_after_a_gap(void **state)
 		sim_rig_silence(&world.rig, world.now, 100 * MS);
 		world_run(&world, 100 * MS);
 		world_output(&world, 0, i & 1);
-		world_run(&world, 60 * MS);	/* a resend may be due so late */
+		world_run(&world, 60 * MS); /* a resend may be due so late */
 		assert_int_equal(world_latch(&world, 0), i & 1);
 	}
 }

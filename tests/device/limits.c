@@ -63,7 +63,8 @@ static void start(uint64_t limit_ns)
 static void positions_are_set(void)
 {
 	struct pokeys_one_shot set = {
-		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 2,
+		.operation = POKEYS_ONE_SHOT_SET_POSITION,
+		.mask = 2,
 	};
 
 	for (int32_t i = 1; i <= 6; i++) {

@@ -33,7 +33,10 @@ static bool is_running(struct world *w)
 static void go(unsigned int axis, enum pokeys_axis_mode mode, int32_t position, float velocity)
 {
 	world.command.axis[axis] = (struct pokeys_axis_command){
-		.position = position, .velocity = velocity, .mode = (uint8_t)mode, .enable = 1,
+		.position = position,
+		.velocity = velocity,
+		.mode = (uint8_t)mode,
+		.enable = 1,
 	};
 }
 
@@ -52,8 +55,11 @@ static void begin(uint64_t period_ns, const enum pokeys_axis_mode modes[3])
 		},
 	};
 	const struct sim_switch probe = {
-		.wired = true, .normally_open = true, .pin = SIM_PROBE_INPUT + INPUT,
-		.from = SURFACE, .to = INT32_MAX,
+		.wired = true,
+		.normally_open = true,
+		.pin = SIM_PROBE_INPUT + INPUT,
+		.from = SURFACE,
+		.to = INT32_MAX,
 	};
 
 	world_init(&world, &rig);
@@ -73,20 +79,27 @@ static void begin(uint64_t period_ns, const enum pokeys_axis_mode modes[3])
 }
 
 static const enum pokeys_axis_mode mixed[3] = {
-	POKEYS_AXIS_POSITION, POKEYS_AXIS_BUFFERED, POKEYS_AXIS_VELOCITY,
+	POKEYS_AXIS_POSITION,
+	POKEYS_AXIS_BUFFERED,
+	POKEYS_AXIS_VELOCITY,
 };
 static const enum pokeys_axis_mode two_kinds[3] = {
-	POKEYS_AXIS_POSITION, POKEYS_AXIS_BUFFERED, POKEYS_AXIS_POSITION,
+	POKEYS_AXIS_POSITION,
+	POKEYS_AXIS_BUFFERED,
+	POKEYS_AXIS_POSITION,
 };
 static const enum pokeys_axis_mode all_buffered[3] = {
-	POKEYS_AXIS_BUFFERED, POKEYS_AXIS_BUFFERED, POKEYS_AXIS_BUFFERED,
+	POKEYS_AXIS_BUFFERED,
+	POKEYS_AXIS_BUFFERED,
+	POKEYS_AXIS_BUFFERED,
 };
 
 /* A sine of a second on all axes; those driven by speed run and stand again. */
 static void ends_exactly(uint64_t period_ns, const enum pokeys_axis_mode modes[3])
 {
 	const struct sim_link_faults faults = {
-		.delay = { SIM_DELAY_UNIFORM, 10 * US, 2 * MS, 0 }, .loss = 0.01,
+		.delay = { SIM_DELAY_UNIFORM, 10 * US, 2 * MS, 0 },
+		.loss = 0.01,
 	};
 	const uint64_t from = world.tick;
 	double t = 0;
@@ -207,7 +220,9 @@ static bool is_working(struct world *w)
 static void hybrid_probing_stops_streamed_motion_with_any_packet_lost(void **state)
 {
 	static const struct pokeys_one_shot shot = {
-		.operation = POKEYS_ONE_SHOT_PROBE, .index = INPUT, .flags = POKEYS_PROBE_HYBRID,
+		.operation = POKEYS_ONE_SHOT_PROBE,
+		.index = INPUT,
+		.flags = POKEYS_PROBE_HYBRID,
 	};
 
 	(void)state;

@@ -105,7 +105,7 @@ static void new_position_leaves_in_the_cycle_that_reads_it(void **state)
 static void velocity_is_a_part_of_the_highest_speed(void **state)
 {
 	(void)state;
-	world_go(&world, 0, 100000, -5000);	/* a quarter of 20000 pulses/s, whatever its sign */
+	world_go(&world, 0, 100000, -5000); /* a quarter of 20000 pulses/s, whatever its sign */
 	world_run(&world, 1 * SECOND);
 	assert_true(fabs(world.rig.device.engine.axis[0].planner.speed - 5) < 0.01);
 	world_go(&world, 0, 100000, 1e6f);
@@ -230,7 +230,9 @@ static void bad_value_leaves_the_last_good_one(void **state)
 static void set_position(int32_t to)
 {
 	const struct pokeys_one_shot shot = {
-		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1, .value = { to },
+		.operation = POKEYS_ONE_SHOT_SET_POSITION,
+		.mask = 1,
+		.value = { to },
 	};
 
 	world.command.axis[0].enable = 0;
@@ -302,8 +304,12 @@ static void limit_override_reaches_the_device(void **state)
 static void position_is_exact_at_the_end_whatever_the_network_does(void **state)
 {
 	const struct sim_link_faults faults = {
-		.delay = { SIM_DELAY_HEAVY_TAIL, 30 * US, 10 * MS, 1.3 }, .reorder = 0.2,
-		.reorder_ns = 3 * MS, .loss = 0.15, .duplicate = 0.2, .copies = 3,
+		.delay = { SIM_DELAY_HEAVY_TAIL, 30 * US, 10 * MS, 1.3 },
+		.reorder = 0.2,
+		.reorder_ns = 3 * MS,
+		.loss = 0.15,
+		.duplicate = 0.2,
+		.copies = 3,
 	};
 	struct sim_prng prng;
 	uint64_t seed = world_seed();
@@ -322,7 +328,7 @@ static void position_is_exact_at_the_end_whatever_the_network_does(void **state)
 		world_run(&world, 1 * SECOND);
 		world_loss(&world, 0);
 		if (!(world.state.flags & POKEYS_STATE_MACHINE_ON))
-			continue;	/* lost on the way: then it must not go on by itself */
+			continue; /* lost on the way: then it must not go on by itself */
 		world_run(&world, 500 * MS);
 		assert_int_equal(world_pulses(&world, 0), 1234);
 		assert_true(world.state.engine.axis[0].in_position);

@@ -32,7 +32,9 @@ static struct pokeys_one_shot move_of(uint8_t motors, double one, double two, do
 				      double speed)
 {
 	return (struct pokeys_one_shot){
-		.operation = POKEYS_ONE_SHOT_MOVE, .mask = motors, .flags = POKEYS_MOVE_BEGINS,
+		.operation = POKEYS_ONE_SHOT_MOVE,
+		.mask = motors,
+		.flags = POKEYS_MOVE_BEGINS,
 		.value = { (int32_t)lround(one * COUNTS), (int32_t)lround(two * COUNTS),
 			   (int32_t)lround(three * COUNTS) },
 		.parameter = { (float)speed },
@@ -58,7 +60,8 @@ static enum pokeys_outcome move_on(uint8_t motors, double one, double speed)
 static struct pokeys_one_shot control_of(enum pokeys_moves_control which, double value)
 {
 	return (struct pokeys_one_shot){
-		.operation = POKEYS_ONE_SHOT_MOVES_CONTROL, .index = (uint8_t)which,
+		.operation = POKEYS_ONE_SHOT_MOVES_CONTROL,
+		.index = (uint8_t)which,
 		.parameter = { (float)value },
 	};
 }
@@ -414,7 +417,11 @@ static void homing_and_moves_follow_each_other(void **state)
 	for (unsigned int i = 0; i < MOTORS; i++)
 		world.config.servo[i].acceleration = 1000;
 	config->home = (struct servo_home_config){
-		.search = -20, .latch = 2, .acceleration = 1000, .position = 5, .distance = 40,
+		.search = -20,
+		.latch = 2,
+		.acceleration = 1000,
+		.position = 5,
+		.distance = 40,
 	};
 	config->home_pin = LOW_PIN;
 	config->home_inverted = true;

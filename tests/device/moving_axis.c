@@ -16,7 +16,7 @@
 enum { AXES = 3, ALL = 7, PER_UNIT = 200, SOFT = 3000 };
 
 static struct world world;
-static double off_line;		/* how far axes 0 and 1 were off a line through 0, units */
+static double off_line; /* how far axes 0 and 1 were off a line through 0, units */
 
 static void begin_in(enum pokeys_axis_mode mode, double loss)
 {
@@ -60,7 +60,9 @@ static struct pokeys_one_shot move_of(uint8_t axes, double one, double two, doub
 {
 	const double to[AXES] = { one * PER_UNIT, -two * PER_UNIT, three * PER_UNIT };
 	struct pokeys_one_shot shot = {
-		.operation = POKEYS_ONE_SHOT_MOVE, .index = axes, .flags = POKEYS_MOVE_BEGINS,
+		.operation = POKEYS_ONE_SHOT_MOVE,
+		.index = axes,
+		.flags = POKEYS_MOVE_BEGINS,
 		.parameter = { (float)speed },
 	};
 	unsigned int values = 0;
@@ -81,7 +83,8 @@ static enum pokeys_outcome move(uint8_t axes, double one, double two, double thr
 static enum pokeys_outcome control(enum pokeys_moves_control which)
 {
 	const struct pokeys_one_shot shot = {
-		.operation = POKEYS_ONE_SHOT_MOVES_CONTROL, .index = (uint8_t)which,
+		.operation = POKEYS_ONE_SHOT_MOVES_CONTROL,
+		.index = (uint8_t)which,
 	};
 
 	return world_do(&world, &shot, 1 * SECOND);
@@ -209,8 +212,8 @@ static void one_by_speed_does_not_hold_the_others(void **state)
 	world_init(&world, NULL);
 	world_axes(&world);
 	for (unsigned int i = 0; i < AXES; i++) {
-		world.config.settings.axis[i].options = i == 2 ?
-			WIRE_AXIS_ENABLED | WIRE_AXIS_INTERNAL_PLANNER : WIRE_AXIS_ENABLED;
+		world.config.settings.axis[i].options =
+			i == 2 ? WIRE_AXIS_ENABLED | WIRE_AXIS_INTERNAL_PLANNER : WIRE_AXIS_ENABLED;
 		world.config.axis[i].pulses_per_unit = i == 2 ? 0 : i == 1 ? -PER_UNIT : PER_UNIT;
 	}
 	world_start(&world);
@@ -218,7 +221,8 @@ static void one_by_speed_does_not_hold_the_others(void **state)
 	world_until(&world, world_is_running, 500 * MS);
 	for (unsigned int i = 0; i < AXES; i++)
 		world.command.axis[i] = (struct pokeys_axis_command){
-			.mode = i == 2 ? POKEYS_AXIS_VELOCITY : POKEYS_AXIS_BUFFERED, .enable = 1,
+			.mode = i == 2 ? POKEYS_AXIS_VELOCITY : POKEYS_AXIS_BUFFERED,
+			.enable = 1,
 			.velocity = i == 2 ? 1000 : 0,
 		};
 	world_machine_on(&world);
@@ -322,8 +326,11 @@ static void the_device_begins_nothing_meanwhile(void **state)
 {
 	const struct pokeys_one_shot home = { .operation = POKEYS_ONE_SHOT_HOME, .mask = 4 };
 	const struct pokeys_one_shot probe = {
-		.operation = POKEYS_ONE_SHOT_PROBE, .mask = 1, .value = { 100 },
-		.parameter = { 10, 0.1f }, .index = 1,
+		.operation = POKEYS_ONE_SHOT_PROBE,
+		.mask = 1,
+		.value = { 100 },
+		.parameter = { 10, 0.1f },
+		.index = 1,
 	};
 
 	(void)state;
@@ -344,7 +351,9 @@ static void the_device_begins_nothing_meanwhile(void **state)
 static void soft_limits_are_those_of_the_whole_path(void **state)
 {
 	const struct pokeys_one_shot set = {
-		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1, .value = { SOFT + 400 },
+		.operation = POKEYS_ONE_SHOT_SET_POSITION,
+		.mask = 1,
+		.value = { SOFT + 400 },
 	};
 
 	(void)state;
@@ -366,7 +375,9 @@ static void soft_limits_are_those_of_the_whole_path(void **state)
 static void beyond_a_soft_limit_it_may_stay(void **state)
 {
 	const struct pokeys_one_shot set = {
-		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1, .value = { SOFT + 400 },
+		.operation = POKEYS_ONE_SHOT_SET_POSITION,
+		.mask = 1,
+		.value = { SOFT + 400 },
 	};
 	struct pokeys_one_shot shot;
 
@@ -379,7 +390,7 @@ static void beyond_a_soft_limit_it_may_stay(void **state)
 	run(100 * MS);
 	for (unsigned int i = 0; i < 3; i++) {
 		shot = move_of(3, 16.5, i, 0, 10);
-		shot.fraction[0] = 160;		/* 0.6 pulses */
+		shot.fraction[0] = 160; /* 0.6 pulses */
 		assert_int_equal(world_do(&world, &shot, 1 * SECOND), POKEYS_OUTCOME_DONE);
 	}
 	until_over();
@@ -406,7 +417,9 @@ static void what_it_is_behind_is_caught_up_with(void **state)
 static void what_is_held_takes_part_in_nothing(void **state)
 {
 	const struct pokeys_one_shot probe = {
-		.operation = POKEYS_ONE_SHOT_PROBE, .flags = POKEYS_PROBE_HYBRID, .index = 1,
+		.operation = POKEYS_ONE_SHOT_PROBE,
+		.flags = POKEYS_PROBE_HYBRID,
+		.index = 1,
 		.parameter = { 10 },
 	};
 
@@ -436,8 +449,8 @@ static bool stands(void)
 static void it_ends_with_the_permission_to_move(void **state)
 {
 	static void (*const ends[])(struct world *) = {
-		world_machine_off, world_commander_dies, world_emergency, world_link_breaks,
-		world_daemon_ends,
+		world_machine_off, world_commander_dies, world_emergency,
+		world_link_breaks, world_daemon_ends,
 	};
 
 	(void)state;

@@ -31,7 +31,9 @@ static int begin(void **state)
 static enum pokeys_outcome act(uint8_t operation, uint8_t mask, int32_t value)
 {
 	const struct pokeys_one_shot shot = {
-		.operation = operation, .mask = mask, .value = { value, value, value },
+		.operation = operation,
+		.mask = mask,
+		.value = { value, value, value },
 	};
 
 	return world_do(&world, &shot, 4 * SECOND);
@@ -41,7 +43,9 @@ static void refuses(uint8_t operation, uint8_t mask, int32_t value, unsigned int
 		    unsigned int part)
 {
 	const struct pokeys_one_shot shot = {
-		.operation = operation, .mask = mask, .value = { value, value, value },
+		.operation = operation,
+		.mask = mask,
+		.value = { value, value, value },
 	};
 
 	world_refuses(&world, &shot, reason, part);
@@ -100,7 +104,7 @@ static void queue_of_before_us_is_not_executed(void **state)
 	struct pokeys_one_shot reboot = { .operation = POKEYS_ONE_SHOT_REBOOT };
 
 	(void)state;
-	world_start(&world);		/* another daemon begins; the commander's ring is full */
+	world_start(&world); /* another daemon begins; the commander's ring is full */
 	for (unsigned int i = 0; i < 20; i++)
 		world_one_shot(&world, &reboot);
 	world_until(&world, world_is_running, 500 * MS);
@@ -316,10 +320,14 @@ static enum pokeys_outcome with_loss(uint8_t operation, uint8_t sub, bool reply,
 static void lost_one_shot_is_read_back_and_never_repeated(void **state)
 {
 	const struct pokeys_one_shot position = {
-		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1, .value = { 321 },
+		.operation = POKEYS_ONE_SHOT_SET_POSITION,
+		.mask = 1,
+		.value = { 321 },
 	};
 	const struct pokeys_one_shot encoder = {
-		.operation = POKEYS_ONE_SHOT_SET_ENCODER, .index = 5, .value = { 9999 },
+		.operation = POKEYS_ONE_SHOT_SET_ENCODER,
+		.index = 5,
+		.value = { 9999 },
 	};
 
 	(void)state;
@@ -378,7 +386,7 @@ static void outcomes_are_true_under_any_loss(void **state)
 		world_loss(&world, (double)sim_prng_below(&prng, 34) / 100);
 		outcome = act(POKEYS_ONE_SHOT_SET_POSITION, 1, (int32_t)i);
 		world_loss(&world, 0);
-		world_run(&world, 600 * MS);	/* so that nothing is under way any more */
+		world_run(&world, 600 * MS); /* so that nothing is under way any more */
 		assert_in_range(positions_set() - before, 0, 1);
 		if (outcome == POKEYS_OUTCOME_DONE)
 			assert_int_equal(positions_set() - before, 1);

@@ -24,7 +24,7 @@ static int begin(void **state)
 {
 	(void)state;
 	world_init(&world, NULL);
-	world.config.resume_auto = false;	/* held.c */
+	world.config.resume_auto = false; /* held.c */
 	memset(world.config.resume_outputs, 0xff, sizeof(world.config.resume_outputs));
 	pin(RELAY, 4);
 	pin(LAMP, 4);
@@ -159,7 +159,7 @@ static void heartbeat_is_late_by_our_clock_not_by_its_own(void **state)
 	world_run(&world, 10 * MS);
 	world.commanding = false;
 	for (unsigned int i = 0; i < 200; i++) {
-		world.command.t_ns = world.now;	/* the stamp moves, the heartbeat does not */
+		world.command.t_ns = world.now; /* the stamp moves, the heartbeat does not */
 		world_cycle(&world);
 	}
 	assert_true(world_is_safe(&world));
@@ -196,7 +196,7 @@ static void image_of_a_dead_commander_does_not_come_to_life(void **state)
 	world_output(&world, RELAY, true);
 	world_run(&world, 10 * MS);
 	world.commanding = false;
-	world_start(&world);		/* the daemon is restarted, the old image is still there */
+	world_start(&world); /* the daemon is restarted, the old image is still there */
 	world_run(&world, 1 * SECOND);
 	assert_true(world_is_safe(&world));
 	assert_false(world_latch(&world, RELAY));
@@ -324,8 +324,11 @@ static void resend_carries_the_newest_outputs(void **state)
 static void packets_that_overtake_each_other_leave_the_newest_outputs(void **state)
 {
 	const struct sim_link_faults faults = {
-		.delay = { SIM_DELAY_UNIFORM, 25 * US, 3 * MS, 0 }, .reorder = 0.3,
-		.reorder_ns = 2 * MS, .loss = 0.1, .duplicate = 0.2,
+		.delay = { SIM_DELAY_UNIFORM, 25 * US, 3 * MS, 0 },
+		.reorder = 0.3,
+		.reorder_ns = 2 * MS,
+		.loss = 0.1,
+		.duplicate = 0.2,
 	};
 
 	(void)state;

@@ -51,7 +51,10 @@ static void walk(uint64_t from)
 static void slots_are_found_beyond_32_bits(void **state)
 {
 	static const uint64_t begins[] = {
-		0, UINT32_MAX - UINT64_C(100), UINT32_MAX - UINT64_C(50), UINT32_MAX,
+		0,
+		UINT32_MAX - UINT64_C(100),
+		UINT32_MAX - UINT64_C(50),
+		UINT32_MAX,
 	};
 	int32_t position[POKEYS_AXES] = { 0 };
 	uint64_t at;
@@ -136,7 +139,7 @@ static void it_brakes_to_what_it_has_caught_up_with(void **state)
 enum { WINDOW = 10, RUN_MS = 600 };
 
 /* A stepper's 200,000 pulses/s^2: what rounding needs is ten times as much. */
-static const float slowly = 0.2f;	/* pulses/ms^2 */
+static const float slowly = 0.2f; /* pulses/ms^2 */
 
 /* So fast in all, and slower by no more than it can in any ten slots. `paces`: of each slot. */
 static void catch_up(const int32_t paces[RUN_MS], int32_t gap)
@@ -154,8 +157,7 @@ static void catch_up(const int32_t paces[RUN_MS], int32_t gap)
 		steps[k] = step_before;
 		fastest = steps[k] > fastest ? steps[k] : fastest;
 		if (k >= WINDOW)
-			assert_true((float)(steps[k - WINDOW] - steps[k]) <=
-				    slowly * WINDOW + 2);
+			assert_true((float)(steps[k - WINDOW] - steps[k]) <= slowly * WINDOW + 2);
 	}
 	assert_true(fastest >= paces[0] + 15);
 }
@@ -212,8 +214,7 @@ int main(void)
 						end),
 		cmocka_unit_test_setup_teardown(it_turns_from_rest, begin, end),
 		cmocka_unit_test_setup_teardown(a_stepper_brakes_as_it_can, begin, end),
-		cmocka_unit_test_setup_teardown(what_it_can_follow_is_followed_exactly, begin,
-						end),
+		cmocka_unit_test_setup_teardown(what_it_can_follow_is_followed_exactly, begin, end),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);

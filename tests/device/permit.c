@@ -311,7 +311,7 @@ static void first_reference_is_that_of_the_edge(void **state)
 static void refused_as_unread(int64_t age_ms)
 {
 	memset(&world.last_event[EVENT_BAD_COMMAND], 0, sizeof(struct event));
-	world_run(&world, 50 * MS);	/* low is seen, and acknowledged */
+	world_run(&world, 50 * MS); /* low is seen, and acknowledged */
 	world_go(&world, 0, 5000, 0);
 	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
 	world_run(&world, 500 * MS);
@@ -434,7 +434,7 @@ static void permission_survives_no_chaos(void **state)
 			break;
 		default:
 			world_go(&world, (unsigned int)sim_prng_below(&prng, 3),
-			   (int32_t)sim_prng_below(&prng, 5000), 0);
+				 (int32_t)sim_prng_below(&prng, 5000), 0);
 		}
 		world_run(&world, sim_prng_below(&prng, 60) * MS);
 		on += !!(world.state.flags & POKEYS_STATE_MACHINE_ON);

@@ -16,15 +16,15 @@
 #include "wire/pulse.h"
 
 enum {
-	STEPS = 100,	/* a servo period */
-	RAMP = 15,	/* cycles until the axis has its speed; a lock is sought for 50 and more */
+	STEPS = 100, /* a servo period */
+	RAMP = 15,   /* cycles until the axis has its speed; a lock is sought for 50 and more */
 };
 
 #define WRITE_NS (40 * US)		/* from the servo thread's read to its write */
 
 static struct world world;
 static struct phase phase;
-static uint64_t read_ns, period_ns;	/* of the servo thread: its next read */
+static uint64_t read_ns, period_ns; /* of the servo thread: its next read */
 static int32_t position;
 static uint8_t mode;
 static bool following, still;
@@ -32,7 +32,10 @@ static bool following, still;
 static void go(int32_t to, float velocity)
 {
 	world.command.axis[0] = (struct pokeys_axis_command){
-		.position = to, .velocity = velocity, .mode = mode, .enable = 1,
+		.position = to,
+		.velocity = velocity,
+		.mode = mode,
+		.enable = 1,
 	};
 }
 
@@ -45,8 +48,10 @@ static void begin(uint8_t axis_mode)
 	world_axes(&world);
 	settings->axes = 1;
 	settings->axis[0].options = (uint8_t)(WIRE_AXIS_ENABLED |
-		(mode == POKEYS_AXIS_POSITION ? WIRE_AXIS_INTERNAL_PLANNER |
-						WIRE_AXIS_POSITION_MODE : 0));
+					      (mode == POKEYS_AXIS_POSITION ?
+						       WIRE_AXIS_INTERNAL_PLANNER |
+							       WIRE_AXIS_POSITION_MODE :
+						       0));
 	settings->axis[0].options_mask = WIRE_AXIS_ENABLED | WIRE_AXIS_INTERNAL_PLANNER |
 					 WIRE_AXIS_POSITION_MODE;
 	settings->axis[0].max_speed = 125000;
@@ -109,7 +114,7 @@ static void buffered_steps_stay_even_while_the_cycle_is_shifted(void **state)
 		int least = INT32_MAX, most = 0;
 
 		begin(POKEYS_AXIS_BUFFERED);
-		period_ns = MS + at % 3 * 2 * US;	/* up to 0.4 % off, too */
+		period_ns = MS + at % 3 * 2 * US; /* up to 0.4 % off, too */
 		read_ns = world.tick + at * US;
 		following = true;
 		for (int i = 0; i < 1500; i++) {

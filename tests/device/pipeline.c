@@ -23,12 +23,15 @@ static struct sim_rig_options way(double loss, uint64_t jitter_ns, uint64_t serv
 {
 	const struct sim_link_faults faults = {
 		.loss = loss,
-		.delay = { .kind = SIM_DELAY_UNIFORM, .low_ns = 25 * US,
+		.delay = { .kind = SIM_DELAY_UNIFORM,
+			   .low_ns = 25 * US,
 			   .high_ns = 25 * US + jitter_ns },
 	};
 
 	return (struct sim_rig_options){
-		.link.faults = { faults, faults }, .service_ns = service_ns, .seed = 34,
+		.link.faults = { faults, faults },
+		.service_ns = service_ns,
+		.seed = 34,
 	};
 }
 

@@ -17,7 +17,7 @@
 static struct world world;
 static struct sim_device *const sim = &world.rig.device;
 
-static struct pokeys_state shown;	/* the last image that a reader believes */
+static struct pokeys_state shown; /* the last image that a reader believes */
 
 /* No position jumps but together with its epoch. */
 static void look(void)
@@ -309,7 +309,9 @@ static void and_while_it_is_driven(void **state)
 static void the_commander_that_sets_it_knows(void **state)
 {
 	const struct pokeys_one_shot set = {
-		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1, .value = { -500 },
+		.operation = POKEYS_ONE_SHOT_SET_POSITION,
+		.mask = 1,
+		.value = { -500 },
 	};
 	uint8_t before;
 
@@ -338,7 +340,9 @@ static bool is_set_position(struct world *w, const uint8_t *reply)
 static void and_when_its_answer_is_lost(void **state)
 {
 	const struct pokeys_one_shot set = {
-		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1, .value = { -500 },
+		.operation = POKEYS_ONE_SHOT_SET_POSITION,
+		.mask = 1,
+		.value = { -500 },
 	};
 
 	(void)state;
@@ -357,7 +361,9 @@ static void and_when_its_answer_is_lost(void **state)
 static void the_outcome_comes_with_the_position(void **state)
 {
 	const struct pokeys_one_shot set = {
-		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1, .value = { -500 },
+		.operation = POKEYS_ONE_SHOT_SET_POSITION,
+		.mask = 1,
+		.value = { -500 },
 	};
 
 	(void)state;
@@ -386,7 +392,9 @@ static void a_restart_after_it_is_a_loss(void **state)
 {
 	static const unsigned int boot_ms[] = { 0, 15, 100 };
 	const struct pokeys_one_shot set = {
-		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1, .value = { -500 },
+		.operation = POKEYS_ONE_SHOT_SET_POSITION,
+		.mask = 1,
+		.value = { -500 },
 	};
 
 	(void)state;
@@ -413,7 +421,9 @@ static void a_restart_after_it_is_a_loss(void **state)
 static void another_client_that_sets_it_meanwhile_is_noticed(void **state)
 {
 	const struct pokeys_one_shot set = {
-		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 2, .value = { 0, 700 },
+		.operation = POKEYS_ONE_SHOT_SET_POSITION,
+		.mask = 2,
+		.value = { 0, 700 },
 	};
 
 	(void)state;
@@ -453,7 +463,9 @@ static bool keep_status(struct world *w, const uint8_t *reply)
 static void a_status_of_before_it_is_none_of_after_it(void **state)
 {
 	const struct pokeys_one_shot set = {
-		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1, .value = { -500 },
+		.operation = POKEYS_ONE_SHOT_SET_POSITION,
+		.mask = 1,
+		.value = { -500 },
 	};
 
 	(void)state;
@@ -477,7 +489,9 @@ static void a_status_of_before_it_is_none_of_after_it(void **state)
 static void two_that_it_sets_are_known_both(void **state)
 {
 	struct pokeys_one_shot set = {
-		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1, .value = { -500, 700 },
+		.operation = POKEYS_ONE_SHOT_SET_POSITION,
+		.mask = 1,
+		.value = { -500, 700 },
 	};
 
 	(void)state;

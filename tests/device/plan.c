@@ -110,7 +110,7 @@ static void slow_values_arrive(void **state)
 	sim->engine.relays = 0x03;
 	sim->engine.outputs = 0x78;
 	world_start(&world);
-	world_commander(&world, 5);	/* or the safe state would switch them off */
+	world_commander(&world, 5); /* or the safe state would switch them off */
 	world_until(&world, world_is_running, 500 * MS);
 	world_run(&world, 1 * SECOND);
 	assert_int_equal(world.state.identity.load, 42);
@@ -234,7 +234,8 @@ static void measured_times_are_those_of_the_link(void **state)
 static void each_class_of_requests_has_its_round_trips(void **state)
 {
 	const struct pokeys_one_shot zero = {
-		.operation = POKEYS_ONE_SHOT_SET_ENCODER, .index = 1,
+		.operation = POKEYS_ONE_SHOT_SET_ENCODER,
+		.index = 1,
 	};
 	static struct pokeys_diag diag;
 
@@ -251,9 +252,11 @@ static void each_class_of_requests_has_its_round_trips(void **state)
 	assert_true(diag.read_round_trip.count >= 1000);
 	assert_true(diag.write_round_trip.count >= 1);
 	assert_int_equal(diag.read_round_trip.count + diag.write_round_trip.count +
-			 diag.one_shot_round_trip.count, diag.round_trip.count);
+				 diag.one_shot_round_trip.count,
+			 diag.round_trip.count);
 	assert_int_equal(diag.read_round_trip.sum_ns + diag.write_round_trip.sum_ns +
-			 diag.one_shot_round_trip.sum_ns, diag.round_trip.sum_ns);
+				 diag.one_shot_round_trip.sum_ns,
+			 diag.round_trip.sum_ns);
 }
 
 /* A commander that writes `writes` times before the daemon looks; ages 1 us, 2 us ... */
@@ -262,9 +265,9 @@ static void write_ages(uint64_t writes)
 	struct pokeys_command *command = &world.command;
 
 	for (uint64_t i = 1; i <= writes; i++)
-		command->read_age_ns[(command->heartbeat + i) % POKEYS_READ_AGES] =
-			(uint32_t)(i * US);
-	command->heartbeat += writes - 1;	/* and one more in world_cycle() */
+		command->read_age_ns[(command->heartbeat + i) % POKEYS_READ_AGES] = (uint32_t)(i *
+											       US);
+	command->heartbeat += writes - 1; /* and one more in world_cycle() */
 	world_cycle(&world);
 }
 
@@ -276,12 +279,12 @@ static void ages_at_read_are_counted_once_each(void **state)
 	world_commander(&world, 5);
 	world_run(&world, 10 * MS);
 	device_diag(world.device, &diag);
-	assert_int_equal(diag.age_at_read.count, 0);	/* all 0: not known */
+	assert_int_equal(diag.age_at_read.count, 0); /* all 0: not known */
 	write_ages(3);
 	device_diag(world.device, &diag);
 	assert_int_equal(diag.age_at_read.count, 3);
 	assert_int_equal(diag.age_at_read.sum_ns, 6 * US);
-	world.commanding = false;			/* the same image again */
+	world.commanding = false; /* the same image again */
 	world_run(&world, 5 * MS);
 	device_diag(world.device, &diag);
 	assert_int_equal(diag.age_at_read.count, 3);

@@ -44,8 +44,12 @@ static void keys_and_module_inputs_are_read(void **state)
 static void keys_are_true_under_loss_duplication_and_reordering(void **state)
 {
 	const struct sim_link_faults faults = {
-		.delay = { SIM_DELAY_UNIFORM, 25 * US, 2 * MS, 0 }, .loss = 0.1, .duplicate = 0.1,
-		.copies = 1, .reorder = 0.1, .reorder_ns = 2 * MS,
+		.delay = { SIM_DELAY_UNIFORM, 25 * US, 2 * MS, 0 },
+		.loss = 0.1,
+		.duplicate = 0.1,
+		.copies = 1,
+		.reorder = 0.1,
+		.reorder_ns = 2 * MS,
 	};
 	const uint64_t seed = world_seed();
 	uint64_t pressed = 0, before = 0;
@@ -78,7 +82,8 @@ static void keys_are_true_under_loss_duplication_and_reordering(void **state)
 static void repeated_start_does_not_mix_modules_up(void **state)
 {
 	const struct sim_link_faults faults = {
-		.delay = { SIM_DELAY_HEAVY_TAIL, 25 * US, 60 * MS, 1.2 }, .loss = 0.05,
+		.delay = { SIM_DELAY_HEAVY_TAIL, 25 * US, 60 * MS, 1.2 },
+		.loss = 0.05,
 	};
 	const uint64_t seed = world_seed();
 

@@ -13,7 +13,7 @@
 #include "wire/model.h"
 #include "wire/pulse.h"
 
-enum { ADDRESS = 33, TYPE = 1, STEP = 5, LIMIT = 70 };	/* of axis 0; the others follow */
+enum { ADDRESS = 33, TYPE = 1, STEP = 5, LIMIT = 70 }; /* of axis 0; the others follow */
 
 static struct world world;
 
@@ -163,7 +163,8 @@ static void a_driver_without_power_keeps_the_link_from_running(void **state)
 	world.rig.device.bench.postep[1].faults = 1;
 	world_until(&world, is_refused, 10 * SECOND);
 	event_format(&world.last_event[EVENT_CONFIG_REFUSED], "mill", line, sizeof(line));
-	assert_string_equal(line, "mill: PoStep driver of axis 0 did not take its step mode or "
+	assert_string_equal(line,
+			    "mill: PoStep driver of axis 0 did not take its step mode or "
 			    "temperature limit; check that it has power, and its type and I2C "
 			    "address");
 	world_run(&world, 10 * SECOND);
@@ -220,7 +221,8 @@ static void a_wish_is_passed_on_beside_the_fast_requests(void **state)
 static void lost_packets_do_no_harm(void **state)
 {
 	static const struct sim_link_faults faults = {
-		.delay = { SIM_DELAY_UNIFORM, 25 * US, 500 * US, 0 }, .loss = 0.2,
+		.delay = { SIM_DELAY_UNIFORM, 25 * US, 500 * US, 0 },
+		.loss = 0.2,
 	};
 
 	(void)state;
@@ -293,18 +295,20 @@ static void expect_missing(const struct sim_rig_options *options, const char *te
 static void devices_without_it_are_told_of_in_one_line(void **state)
 {
 	const struct sim_rig_options panel = {
-		.service_ns = 100 * US, .device.hardware = WIRE_HW_57E,
+		.service_ns = 100 * US,
+		.device.hardware = WIRE_HW_57E,
 	};
 	const struct sim_rig_options old = {
-		.service_ns = 100 * US, .device.firmware_major = 0x31,
+		.service_ns = 100 * US,
+		.device.firmware_major = 0x31,
 		.device.firmware_revision = 41,
 	};
 
 	(void)state;
 	expect_missing(&panel, "mill: PoStep driver is configured, but only a PoKeys57CNC has it; "
-		       "remove those settings");
+			       "remove those settings");
 	expect_missing(&old, "mill: PoStep driver is configured, but this firmware does not have "
-		       "it (4.1.42 does); update the device or remove those settings");
+			     "it (4.1.42 does); update the device or remove those settings");
 }
 
 int main(void)

@@ -12,7 +12,7 @@
 #include "tests/device/world.h"
 #include "wire/pulse.h"
 
-enum { ADDRESS = 33, TYPE = 1, STEP = 5, LIMIT = 70 };	/* of axis 0; the others follow */
+enum { ADDRESS = 33, TYPE = 1, STEP = 5, LIMIT = 70 }; /* of axis 0; the others follow */
 
 static struct world world;
 
@@ -30,8 +30,7 @@ static int begin(void **state)
 		wants->axis[i].postep_type = TYPE;
 		wants->axis[i].postep_address = (uint8_t)(ADDRESS + i);
 	}
-	wants->axis[0].set |= POKEYS_AXIS_SET_POSTEP_STEP |
-			      POKEYS_AXIS_SET_POSTEP_TEMPERATURE;
+	wants->axis[0].set |= POKEYS_AXIS_SET_POSTEP_STEP | POKEYS_AXIS_SET_POSTEP_TEMPERATURE;
 	wants->axis[0].postep_step = STEP;
 	wants->axis[0].postep_temperature = LIMIT;
 	world_commander(&world, 5);
@@ -70,8 +69,8 @@ static bool update_seen;
 static void look_for_update(struct world *w, const uint8_t *p)
 {
 	(void)w;
-	update_seen = update_seen || (p[1] == 0x85 && p[2] == 0x50 &&
-				      p[3] == WIRE_POSTEP_WRITE && p[13] == awaited_update);
+	update_seen = update_seen || (p[1] == 0x85 && p[2] == 0x50 && p[3] == WIRE_POSTEP_WRITE &&
+				      p[13] == awaited_update);
 }
 
 static bool is_passed_on(struct world *w)
@@ -157,7 +156,8 @@ static void motion_is_refused_in_each_step_of_a_step_mode(void **state)
 		assert_false(is_permitted(&world));
 		assert_int_equal(world.event_count[EVENT_STEP_MODE], 1);
 		event_format(&world.last_event[EVENT_STEP_MODE], "mill", line, sizeof(line));
-		assert_string_equal(line, "mill: motion is not permitted: the PoStep driver of "
+		assert_string_equal(line,
+				    "mill: motion is not permitted: the PoStep driver of "
 				    "axis 1 has step mode 1/16, but 1/256 is configured; wait "
 				    "until it is set up (check its power and that setting), then "
 				    "switch the machine on again");
@@ -186,7 +186,8 @@ static void a_step_mode_whose_wish_was_withdrawn_is_not_called_wanted(void **sta
 	assert_false(is_permitted(&world));
 	assert_int_equal(world.event_count[EVENT_STEP_MODE], 1);
 	event_format(&world.last_event[EVENT_STEP_MODE], "mill", line, sizeof(line));
-	assert_string_equal(line, "mill: motion is not permitted: the PoStep driver of axis 1 is "
+	assert_string_equal(line,
+			    "mill: motion is not permitted: the PoStep driver of axis 1 is "
 			    "still switching to a step mode that is no longer configured; wait "
 			    "until it has switched, then switch the machine on again");
 	world_run(&world, 5 * SECOND);
@@ -215,7 +216,8 @@ static void a_driver_that_forgot_its_step_mode_takes_the_permission_away(void **
 	world_until(&world, is_not_permitted, 10 * SECOND);
 	assert_int_equal(world.event_count[EVENT_STEP_MODE], 1);
 	event_format(&world.last_event[EVENT_STEP_MODE], "mill", line, sizeof(line));
-	assert_string_equal(line, "mill: motion is not permitted: the PoStep driver of axis 0 has "
+	assert_string_equal(line,
+			    "mill: motion is not permitted: the PoStep driver of axis 0 has "
 			    "step mode 1/1, but 1/32 is configured; wait until it is set up (check "
 			    "its power and that setting), then switch the machine on again");
 	world_until(&world, has_step_again, 5 * SECOND);
@@ -268,7 +270,8 @@ static void a_driver_that_is_silent_is_tried_again_when_it_talks(void **state)
 	world_run(&world, 500 * MS);
 	assert_false(is_permitted(&world));
 	event_format(&world.last_event[EVENT_STEP_MODE], "mill", line, sizeof(line));
-	assert_string_equal(line, "mill: motion is not permitted: the PoStep driver of axis 0 does "
+	assert_string_equal(line,
+			    "mill: motion is not permitted: the PoStep driver of axis 0 does "
 			    "not report its step mode, but 1/32 is configured; wait until it is "
 			    "set up (check its power and that setting), then switch the machine on "
 			    "again");
@@ -316,7 +319,8 @@ static void look_at_the_drivers(struct world *w, const uint8_t *p)
 static void no_step_mode_changes_while_the_engine_runs(void **state)
 {
 	static const struct sim_link_faults faults = {
-		.delay = { SIM_DELAY_UNIFORM, 25 * US, 500 * US, 0 }, .loss = 0.1,
+		.delay = { SIM_DELAY_UNIFORM, 25 * US, 500 * US, 0 },
+		.loss = 0.1,
 	};
 	unsigned int permitted = 0;
 
@@ -358,7 +362,7 @@ static void a_locked_device_is_called_locked(void **state)
 	world_run(&world, 5 * SECOND);
 	event_format(&world.last_event[EVENT_CONFIG_REFUSED], "mill", line, sizeof(line));
 	assert_string_equal(line, "mill: PoStep driver of axis 1 was refused by the device: its "
-			    "configuration is locked; unlock it or remove that setting");
+				  "configuration is locked; unlock it or remove that setting");
 	assert_int_equal(world.event_count[EVENT_CONFIG_REFUSED], 1);
 }
 
@@ -367,8 +371,8 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(motion_begins_in_each_step_of_a_temperature_limit),
 		cmocka_unit_test(motion_is_refused_in_each_step_of_a_step_mode),
-		cmocka_unit_test_setup(
-			a_step_mode_whose_wish_was_withdrawn_is_not_called_wanted, begin),
+		cmocka_unit_test_setup(a_step_mode_whose_wish_was_withdrawn_is_not_called_wanted,
+				       begin),
 		cmocka_unit_test_setup(a_driver_that_forgot_its_step_mode_takes_the_permission_away,
 				       begin),
 		cmocka_unit_test_setup(

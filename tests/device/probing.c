@@ -25,8 +25,11 @@ static const struct pokeys_engine *engine(void)
 static int begin(void **state)
 {
 	const struct sim_switch probe = {
-		.wired = true, .normally_open = true, .pin = SIM_PROBE_INPUT + INPUT,
-		.from = SURFACE, .to = INT32_MAX,
+		.wired = true,
+		.normally_open = true,
+		.pin = SIM_PROBE_INPUT + INPUT,
+		.from = SURFACE,
+		.to = INT32_MAX,
 	};
 
 	(void)state;
@@ -45,8 +48,11 @@ static int begin(void **state)
 static struct pokeys_one_shot probe(int32_t most)
 {
 	return (struct pokeys_one_shot){
-		.operation = POKEYS_ONE_SHOT_PROBE, .mask = 1, .index = INPUT,
-		.value = { most }, .parameter = { 0, 0.25f },
+		.operation = POKEYS_ONE_SHOT_PROBE,
+		.mask = 1,
+		.index = INPUT,
+		.value = { most },
+		.parameter = { 0, 0.25f },
 	};
 }
 
@@ -70,8 +76,7 @@ static void contact_is_latched_exactly(void **state)
 	assert_int_equal(world_do(&world, &shot, 2 * SECOND), POKEYS_OUTCOME_DONE);
 	assert_int_equal(engine()->task_result, POKEYS_TASK_DONE);
 	assert_in_range(engine()->axis[0].probe, SURFACE, SURFACE + 5);
-	assert_int_equal(engine()->axis[0].probe,
-			 world.rig.device.engine.probe_position[0]);
+	assert_int_equal(engine()->axis[0].probe, world.rig.device.engine.probe_position[0]);
 	assert_int_equal(engine()->probe_status, 1);
 	assert_int_equal(engine()->task_phase, POKEYS_TASK_IDLE);
 }
@@ -118,7 +123,8 @@ static void finish_ends_it_at_once(void **state)
 
 static void hybrid_probe_stops_the_commanders_own_motion(void **state)
 {
-	struct pokeys_one_shot shot = { .operation = POKEYS_ONE_SHOT_PROBE, .index = INPUT,
+	struct pokeys_one_shot shot = { .operation = POKEYS_ONE_SHOT_PROBE,
+					.index = INPUT,
 					.flags = POKEYS_PROBE_HYBRID };
 	const uint32_t id = world_one_shot(&world, &shot);
 
@@ -136,7 +142,8 @@ static void hybrid_probe_stops_the_commanders_own_motion(void **state)
 
 static void hybrid_probe_without_contact_lets_the_motion_go_on(void **state)
 {
-	struct pokeys_one_shot shot = { .operation = POKEYS_ONE_SHOT_PROBE, .index = INPUT,
+	struct pokeys_one_shot shot = { .operation = POKEYS_ONE_SHOT_PROBE,
+					.index = INPUT,
 					.flags = POKEYS_PROBE_HYBRID };
 	const uint32_t id = world_one_shot(&world, &shot);
 
@@ -193,7 +200,8 @@ static void what_is_not_valid_is_refused(void **state)
 static void what_is_told_is_exact_under_loss(void **state)
 {
 	const struct sim_link_faults faults = {
-		.delay = { SIM_DELAY_UNIFORM, 0, 2 * MS, 0 }, .loss = 0.05,
+		.delay = { SIM_DELAY_UNIFORM, 0, 2 * MS, 0 },
+		.loss = 0.05,
 	};
 	unsigned int done = 0;
 

@@ -18,7 +18,8 @@ static struct world world;
 static void begin(uint64_t seed)
 {
 	const struct sim_rig_options options = {
-		.service_ns = 100 * US, .device.boot_ms = 30,
+		.service_ns = 100 * US,
+		.device.boot_ms = 30,
 	};
 
 	world_init(&world, &options);
@@ -34,8 +35,12 @@ static void be_bad(unsigned int i)
 	struct sim_link_faults faults = {
 		/* no packet is under way for longer than its id rests, 500 ms */
 		.delay = { SIM_DELAY_HEAVY_TAIL, 50 * US, (1 + 10 * (i % 10)) * MS, 1.1 },
-		.reorder = 0.2, .reorder_ns = (1 + i % 7 * 5) * MS, .duplicate = 0.3,
-		.copies = 1 + i % 5, .copy_gap_ns = 3 * MS, .loss = 0.02 * (double)(i % 8),
+		.reorder = 0.2,
+		.reorder_ns = (1 + i % 7 * 5) * MS,
+		.duplicate = 0.3,
+		.copies = 1 + i % 5,
+		.copy_gap_ns = 3 * MS,
+		.loss = 0.02 * (double)(i % 8),
 	};
 
 	sim_link_set_faults(&world.rig.link, SIM_LINK_REQUEST, &faults);
@@ -90,7 +95,7 @@ enum { CLOCK_AT = 4, SERIAL_AT = 15, LOCK_AT = 58, BOOTLOADER_AT = 61 };
 /* How many answers of an operation are replaced by ones that tell something else. */
 static unsigned int to_damage;
 static uint8_t damaged, damaged_at;
-static bool was_locked, was_refused;	/* in any state image */
+static bool was_locked, was_refused; /* in any state image */
 
 static bool damage(struct world *w, const uint8_t *packet)
 {

@@ -15,12 +15,25 @@ struct world world;
 
 /* For a screw of 5 mm on the simulator's motor. */
 static const struct servo_config loop = {
-	.scale = 400, .least = -100, .most = 100, .speed_most = 300, .speed_jump = 900,
+	.scale = 400,
+	.least = -100,
+	.most = 100,
+	.speed_most = 300,
+	.speed_jump = 900,
 	.gains = { .p = 1, .i = 10, .d = 0.01, .velocity = 0.00262, .acceleration = 5.2e-5 },
-	.integral_most = 0.5, .output_most = 1, .smooth = 0.001,
-	.follow_least = 0.5, .follow_most = 2, .stall_output = 0.9, .stall_move = 0.1,
-	.stall_s = 0.2, .silent_output = 0.2, .silent_s = 0.02, .runaway_output = 0.1,
-	.runaway_move = 0.2, .stale_ns = 10 * MS,
+	.integral_most = 0.5,
+	.output_most = 1,
+	.smooth = 0.001,
+	.follow_least = 0.5,
+	.follow_most = 2,
+	.stall_output = 0.9,
+	.stall_move = 0.1,
+	.stall_s = 0.2,
+	.silent_output = 0.2,
+	.silent_s = 0.02,
+	.runaway_output = 0.1,
+	.runaway_move = 0.2,
+	.stale_ns = 10 * MS,
 };
 
 double servo_output(unsigned int motor)
@@ -65,22 +78,31 @@ static void configure(unsigned int motor, enum drive_kind kind, uint8_t pwm)
 	const uint8_t encoder = servo_encoder[motor], enable = servo_enable_pin[motor];
 
 	*config = (struct servoing_config){
-		.servo = loop, .drive = { .kind = kind }, .encoder = encoder, .pwm = pwm,
+		.servo = loop,
+		.drive = { .kind = kind },
+		.encoder = encoder,
+		.pwm = pwm,
 		.reverse_pwm = kind == DRIVE_TWO_PWM ? REVERSE_PWM : SERVOING_NONE,
 		.direction = kind == DRIVE_SIGN ? DIRECTION_PIN : SERVOING_NONE,
-		.enable = enable, .low = SERVOING_NONE, .high = SERVOING_NONE,
+		.enable = enable,
+		.low = SERVOING_NONE,
+		.high = SERVOING_NONE,
 	};
 	snprintf(config->name, sizeof(config->name), "%c", (int)('x' + motor));
 	world.config.servos++;
-	world_encoder(&world, encoder, WIRE_ENC_ENABLE | WIRE_ENC_4X,
-		      (uint8_t)(2 * motor), (uint8_t)(2 * motor + 1));
+	world_encoder(&world, encoder, WIRE_ENC_ENABLE | WIRE_ENC_4X, (uint8_t)(2 * motor),
+		      (uint8_t)(2 * motor + 1));
 	if (enable != SERVOING_NONE)
 		world_pin(&world, enable, WIRE_PIN_OUTPUT);
-	sim_servo_fit(&world.rig.device, encoder, &(struct sim_servo){
-		.kind = (enum sim_servo_kind)kind, .pwm = pwm,
-		.other = (uint8_t)(kind == DRIVE_TWO_PWM ? REVERSE_PWM : DIRECTION_PIN),
-		.enable = enable == SERVOING_NONE ? SIM_SERVO_NONE : enable,
-	}, &sim_motor_small);
+	sim_servo_fit(&world.rig.device, encoder,
+		      &(struct sim_servo){
+			      .kind = (enum sim_servo_kind)kind,
+			      .pwm = pwm,
+			      .other = (uint8_t)(kind == DRIVE_TWO_PWM ? REVERSE_PWM :
+									 DIRECTION_PIN),
+			      .enable = enable == SERVOING_NONE ? SIM_SERVO_NONE : enable,
+		      },
+		      &sim_motor_small);
 }
 
 int servo_prepare(void **state)
@@ -209,7 +231,9 @@ enum pokeys_outcome servo_do(enum pokeys_one_shot_operation operation, unsigned 
 			     int32_t value, uint8_t flags)
 {
 	const struct pokeys_one_shot shot = {
-		.operation = (uint8_t)operation, .index = (uint8_t)index, .flags = flags,
+		.operation = (uint8_t)operation,
+		.index = (uint8_t)index,
+		.flags = flags,
 		.value = { value },
 	};
 

@@ -156,7 +156,7 @@ static void a_lost_device_stops_them_itself_and_they_are_not_homed(void **state)
 	servo_run(2 * MS);
 	assert_true(servo_shown(SIGN)->homed && servo_shown(SIGN)->position == 5);
 	servo_enable(SIGN);
-	servo_motor(SIGN)->torque = 0.1;	/* so that there is voltage */
+	servo_motor(SIGN)->torque = 0.1; /* so that there is voltage */
 	servo_run(200 * MS);
 	assert_true(fabs(servo_output(SIGN)) > 0.02);
 	sim_rig_silence(&world.rig, world.now, 1500 * MS);
@@ -193,7 +193,7 @@ static void without_a_commander_they_are_off(void **state)
 	servo_enable_all();
 	servo_push_all();
 	world.commanding = false;
-	servo_run(110 * MS);	/* heartbeat-timeout-ms */
+	servo_run(110 * MS); /* heartbeat-timeout-ms */
 	servo_expect_off(0);
 	assert_int_equal(servo_shown(SIGN)->state, POKEYS_SERVO_OFF);
 	assert_int_equal(world.event_count[EVENT_SERVO_LEFT], MOTORS);
@@ -215,8 +215,7 @@ static void an_emergency_stop_is_a_fault(void **state)
 	servo_run(2 * MS);
 	servo_expect_off(0);
 	assert_int_equal(servo_shown(SIGN)->fault, POKEYS_SERVO_EMERGENCY);
-	assert_int_equal(servo_do(POKEYS_ONE_SHOT_SERVO_RESET, SIGN, 0, 0),
-			 POKEYS_OUTCOME_REFUSED);
+	assert_int_equal(servo_do(POKEYS_ONE_SHOT_SERVO_RESET, SIGN, 0, 0), POKEYS_OUTCOME_REFUSED);
 	/* the reset comes with what ends the emergency */
 	world.command.flags = 0;
 	assert_int_equal(servo_do(POKEYS_ONE_SHOT_SERVO_RESET, SIGN, 0, 0), POKEYS_OUTCOME_DONE);

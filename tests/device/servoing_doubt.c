@@ -289,7 +289,9 @@ static void a_restarted_device_is_not_lost_for_them(void **state)
 static void the_output_is_sent_in_its_cycle(void **state)
 {
 	const struct pokeys_one_shot shot = {
-		.operation = POKEYS_ONE_SHOT_SET_ENCODER, .index = 14, .value = { 7 },
+		.operation = POKEYS_ONE_SHOT_SET_ENCODER,
+		.index = 14,
+		.value = { 7 },
 	};
 
 	(void)state;
@@ -332,7 +334,7 @@ static void it_turns_back_although_answers_are_slow(void **state)
 		turns += (world.rig.device.pins.latch ^ before) >> DIRECTION_PIN & 1;
 		before = world.rig.device.pins.latch;
 		without = world.rig.device.config.pwm.duty[0] ? 0 : without + 1;
-		assert_in_range(without, 0, 20);	/* cycles: there and back, twice */
+		assert_in_range(without, 0, 20); /* cycles: there and back, twice */
 	}
 	assert_true(turns >= 6);
 	assert_int_equal(servo_shown(SIGN)->state, POKEYS_SERVO_ENABLED);

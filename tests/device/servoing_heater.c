@@ -18,8 +18,12 @@ static int prepare(bool stops_machine)
 
 	servo_prepare(NULL);
 	*config = (struct heating_config){
-		.heater = heater_usual, .sensor = SENSOR, .kind = HEATING_PIN,
-		.output = HEATER_PIN, .least_ns = 100 * MS, .within = 3,
+		.heater = heater_usual,
+		.sensor = SENSOR,
+		.kind = HEATING_PIN,
+		.output = HEATER_PIN,
+		.least_ns = 100 * MS,
+		.within = 3,
 		.stops_machine = stops_machine,
 	};
 	strcpy(config->name, "bed");

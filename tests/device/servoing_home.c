@@ -8,7 +8,7 @@
 #include "tests/device/servo_rig.h"
 #include "wire/io.h"
 
-enum { HOME_PIN = 23, COUNTS = 400, UNITS = 5 };	/* counts a unit; units of a turn */
+enum { HOME_PIN = 23, COUNTS = 400, UNITS = 5 }; /* counts a unit; units of a turn */
 
 #define SWITCH_AT (-8.0)	/* where the lower switch closes */
 
@@ -19,7 +19,7 @@ static double place(void)
 
 static uint8_t switch_pin;
 static bool switch_inverted, broken;
-static double follow = 0.5;	/* allowed following error */
+static double follow = 0.5; /* allowed following error */
 
 static void set_pin(uint8_t pin, bool pressed, bool inverted)
 {
@@ -45,7 +45,11 @@ static void prepare(bool by_limit)
 	servo_prepare(NULL);
 	config = &world.config.servo[SIGN];
 	config->home = (struct servo_home_config){
-		.search = -50, .latch = 2, .acceleration = 1000, .offset = 10, .position = 15,
+		.search = -50,
+		.latch = 2,
+		.acceleration = 1000,
+		.offset = 10,
+		.position = 15,
 		.distance = 40,
 	};
 	config->servo.follow_least = follow;
@@ -156,7 +160,8 @@ static void aborted_on_its_limit_switch_it_is_held(void **state)
 static void losses_do_not_change_where_it_is(void **state)
 {
 	const struct sim_link_faults faults = {
-		.loss = 0.05, .delay = { .low_ns = MS / 10, .high_ns = MS },
+		.loss = 0.05,
+		.delay = { .low_ns = MS / 10, .high_ns = MS },
 	};
 
 	(void)state;

@@ -167,8 +167,7 @@ static void one_that_is_enabled_is_not_placed(void **state)
 			 POKEYS_OUTCOME_REFUSED);
 	world.command.servo[SIGN].enable = 0;
 	servo_run(5 * MS);
-	assert_int_equal(servo_do(POKEYS_ONE_SHOT_SERVO_PLACE, SIGN, -400, 0),
-			 POKEYS_OUTCOME_DONE);
+	assert_int_equal(servo_do(POKEYS_ONE_SHOT_SERVO_PLACE, SIGN, -400, 0), POKEYS_OUTCOME_DONE);
 	servo_run(5 * MS);
 	assert_true(servo_shown(SIGN)->position == -1);
 	assert_false(servo_shown(SIGN)->homed);
@@ -224,7 +223,7 @@ static void one_that_runs_when_the_daemon_begins_is_stopped_first(void **state)
 	servo_run(200 * MS);
 	for (unsigned int i = 0; i < MOTORS; i++)
 		servo_motor(i)->torque = 0;
-	world_start(&world);	/* the daemon was killed, and another one begins */
+	world_start(&world); /* the daemon was killed, and another one begins */
 	servo_run(1300 * MS);
 	servo_expect_off(0);
 	world_until(&world, world_is_running, 2 * SECOND);
@@ -234,8 +233,10 @@ static void one_that_runs_when_the_daemon_begins_is_stopped_first(void **state)
 static enum pokeys_outcome set_gain(unsigned int motor, unsigned int which, float value)
 {
 	const struct pokeys_one_shot shot = {
-		.operation = POKEYS_ONE_SHOT_SERVO_GAIN, .index = (uint8_t)motor,
-		.mask = (uint8_t)which, .parameter = { value },
+		.operation = POKEYS_ONE_SHOT_SERVO_GAIN,
+		.index = (uint8_t)motor,
+		.mask = (uint8_t)which,
+		.parameter = { value },
 	};
 
 	return world_do(&world, &shot, 1 * SECOND);

@@ -34,7 +34,8 @@ static int begin(void **state)
 static enum pokeys_outcome tune(unsigned int motor, double distance, double most)
 {
 	const struct pokeys_one_shot shot = {
-		.operation = POKEYS_ONE_SHOT_SERVO_TUNE, .index = (uint8_t)motor,
+		.operation = POKEYS_ONE_SHOT_SERVO_TUNE,
+		.index = (uint8_t)motor,
 		.parameter = { (float)distance, (float)most },
 	};
 
@@ -44,8 +45,10 @@ static enum pokeys_outcome tune(unsigned int motor, double distance, double most
 static void gain(unsigned int motor, enum pokeys_gain which, float value)
 {
 	const struct pokeys_one_shot shot = {
-		.operation = POKEYS_ONE_SHOT_SERVO_GAIN, .index = (uint8_t)motor,
-		.mask = (uint8_t)which, .parameter = { value },
+		.operation = POKEYS_ONE_SHOT_SERVO_GAIN,
+		.index = (uint8_t)motor,
+		.mask = (uint8_t)which,
+		.parameter = { value },
 	};
 
 	assert_int_equal(world_do(&world, &shot, 1 * SECOND), POKEYS_OUTCOME_DONE);
@@ -144,7 +147,8 @@ static void a_dwell_is_no_part_of_the_motor(void **state)
 static void a_lost_packet_is_no_part_of_the_motor(void **state)
 {
 	const struct sim_link_faults faults = {
-		.loss = 0.02, .delay = { .low_ns = MS / 10, .high_ns = MS / 5 },
+		.loss = 0.02,
+		.delay = { .low_ns = MS / 10, .high_ns = MS / 5 },
 	};
 	float quick;
 
@@ -168,8 +172,11 @@ static void a_lost_packet_is_no_part_of_the_motor(void **state)
 static void who_may_begin_it(void **state)
 {
 	const struct pokeys_one_shot move = {
-		.operation = POKEYS_ONE_SHOT_MOVE, .mask = 1, .flags = POKEYS_MOVE_BEGINS,
-		.value = { 400 }, .parameter = { 1 },
+		.operation = POKEYS_ONE_SHOT_MOVE,
+		.mask = 1,
+		.flags = POKEYS_MOVE_BEGINS,
+		.value = { 400 },
+		.parameter = { 1 },
 	};
 
 	(void)state;

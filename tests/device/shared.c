@@ -21,7 +21,8 @@ static struct pokeys_report report;
 static void begin(uint8_t hardware)
 {
 	const struct sim_rig_options options = {
-		.service_ns = 100 * US, .device.hardware = hardware,
+		.service_ns = 100 * US,
+		.device.hardware = hardware,
 	};
 
 	world_init(&world, &options);
@@ -136,11 +137,10 @@ static void what_the_board_lacks_is_told_once(void **state)
 		assert_int_equal(world.event_count[EVENT_TERMINALS_ABSENT], i ? 0 : 2);
 		if (i)
 			break;
-		event_format(&world.last_event[EVENT_TERMINALS_ABSENT], "mill", line,
-			     sizeof(line));
+		event_format(&world.last_event[EVENT_TERMINALS_ABSENT], "mill", line, sizeof(line));
 		assert_string_equal(line, "mill: terminal 3 cannot be a digital output on this "
-				    "board; choose another one in pokeysd.conf or in HAL "
-				    "(pokeysctl terminals MODEL lists them)");
+					  "board; choose another one in pokeysd.conf or in HAL "
+					  "(pokeysctl terminals MODEL lists them)");
 		wish.settings.set = POKEYS_SET_ANALOG_FILTER;
 		wish.settings.analog_filter = 3;
 		send_wish();
@@ -148,8 +148,7 @@ static void what_the_board_lacks_is_told_once(void **state)
 		wish.settings.pin_set[6] = 1;
 		wish.settings.pin_function[48] = WIRE_PIN_COUNTER | WIRE_PIN_INPUT;
 		send_wish();
-		event_format(&world.last_event[EVENT_TERMINALS_ABSENT], "mill", line,
-			     sizeof(line));
+		event_format(&world.last_event[EVENT_TERMINALS_ABSENT], "mill", line, sizeof(line));
 		assert_non_null(strstr(line, "terminal 49 cannot be a counter on this board; "));
 	}
 }

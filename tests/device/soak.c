@@ -39,9 +39,12 @@ static void new_faults(void)
 	struct sim_link_faults faults = {
 		.delay = { SIM_DELAY_HEAVY_TAIL, 25 * US, below(20) * MS + 100 * US, 1.5 },
 		.loss = below(3) ? 0 : (double)below(30) / 100,
-		.duplicate = below(3) ? 0 : 0.2, .copies = 1 + (unsigned int)below(5),
-		.reorder = below(3) ? 0 : 0.1, .reorder_ns = below(5) * MS,
-		.wrong_id = below(5) ? 0 : 0.05, .wrong_op = below(5) ? 0 : 0.05,
+		.duplicate = below(3) ? 0 : 0.2,
+		.copies = 1 + (unsigned int)below(5),
+		.reorder = below(3) ? 0 : 0.1,
+		.reorder_ns = below(5) * MS,
+		.wrong_id = below(5) ? 0 : 0.05,
+		.wrong_op = below(5) ? 0 : 0.05,
 		.truncate = below(5) ? 0 : 0.05,
 	};
 
@@ -56,8 +59,10 @@ static void new_wishes(void)
 	world_output(&world, RELAY, below(2));
 	for (unsigned int i = 0; i < 3; i++) {
 		world.command.axis[i] = (struct pokeys_axis_command){
-			.position = (int32_t)below(3000), .velocity = (float)below(20000),
-			.mode = POKEYS_AXIS_POSITION, .enable = below(4) != 0,
+			.position = (int32_t)below(3000),
+			.velocity = (float)below(20000),
+			.mode = POKEYS_AXIS_POSITION,
+			.enable = below(4) != 0,
 		};
 	}
 }
@@ -126,12 +131,15 @@ static void all_is_as_wished(void)
 static void new_one_shot(void)
 {
 	static const uint8_t operations[] = {
-		POKEYS_ONE_SHOT_NOP, POKEYS_ONE_SHOT_SET_POSITION, POKEYS_ONE_SHOT_CLEAR_FAULT,
-		POKEYS_ONE_SHOT_SET_ENCODER, POKEYS_ONE_SHOT_SET_RTC, POKEYS_ONE_SHOT_REBOOT,
+		POKEYS_ONE_SHOT_NOP,         POKEYS_ONE_SHOT_SET_POSITION,
+		POKEYS_ONE_SHOT_CLEAR_FAULT, POKEYS_ONE_SHOT_SET_ENCODER,
+		POKEYS_ONE_SHOT_SET_RTC,     POKEYS_ONE_SHOT_REBOOT,
 	};
 	const struct pokeys_one_shot shot = {
-		.operation = operations[below(sizeof(operations))], .index = ENCODER,
-		.mask = (uint8_t)below(8), .value = { (int32_t)below(3000) },
+		.operation = operations[below(sizeof(operations))],
+		.index = ENCODER,
+		.mask = (uint8_t)below(8),
+		.value = { (int32_t)below(3000) },
 	};
 
 	reboots_asked += shot.operation == POKEYS_ONE_SHOT_REBOOT;
@@ -194,7 +202,9 @@ static void check_engine(void)
 static void begin(void)
 {
 	const struct sim_rig_options options = {
-		.service_ns = 100 * US, .jitter_ns = 100 * US, .device.boot_ms = 40,
+		.service_ns = 100 * US,
+		.jitter_ns = 100 * US,
+		.device.boot_ms = 40,
 	};
 
 	world_init(&world, &options);
@@ -252,8 +262,9 @@ static void a_million_cycles_leave_everything_exact(void **state)
 	assert_true(runs_seen > 100 && world.event_count[EVENT_IDENTIFIED] > 100);
 	assert_int_equal(world.rig.device.stats.saves, 0);
 	printf("%" PRIu64 " starts of the engine, %" PRIu64 " identifications, %" PRIu64
-	       " safe states, %" PRIu64 " reboots asked for\n", runs_seen,
-	       world.event_count[EVENT_IDENTIFIED], world.event_count[EVENT_SAFE], reboots_asked);
+	       " safe states, %" PRIu64 " reboots asked for\n",
+	       runs_seen, world.event_count[EVENT_IDENTIFIED], world.event_count[EVENT_SAFE],
+	       reboots_asked);
 }
 
 int main(void)

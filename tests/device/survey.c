@@ -23,7 +23,7 @@ static struct sim_rig_options options;
 static struct survey *survey;
 static uint64_t now, sent, writes, silent_from;
 static uint32_t from;
-static int deaf_to;		/* an operation that is not answered, -1 = none */
+static int deaf_to; /* an operation that is not answered, -1 = none */
 
 /* A read is one by wire's table, which the daemon's mailbox goes by. */
 static int send_packet(void *context, const uint8_t *packet, size_t length)

@@ -17,13 +17,15 @@
 enum { PACKETS = 30, STEPS = 4096, FEED = 10, THREAD_MS = 250 };
 
 static struct world world;
-static int32_t moved_ms;		/* how long the commander has moved */
-static uint32_t prepared_head;		/* of the one-shots, when it was asked to prepare */
+static int32_t moved_ms;       /* how long the commander has moved */
+static uint32_t prepared_head; /* of the one-shots, when it was asked to prepare */
 
 static void go(unsigned int axis, int32_t position)
 {
 	world.command.axis[axis] = (struct pokeys_axis_command){
-		.position = position, .mode = POKEYS_AXIS_BUFFERED, .enable = 1,
+		.position = position,
+		.mode = POKEYS_AXIS_BUFFERED,
+		.enable = 1,
 	};
 }
 
@@ -64,7 +66,7 @@ static void begin(void)
 	world_until(&world, is_on, 500 * MS);
 	spindle = &world.rig.device.bench.shaft[SIM_ULTRA_FAST];
 	spindle->index_every = STEPS;
-	spindle->rate = 15 * STEPS;		/* 900 rpm */
+	spindle->rate = 15 * STEPS; /* 900 rpm */
 	world_run(&world, 200 * MS);
 	lose_begin(&world);
 }
@@ -165,9 +167,12 @@ static bool in_step(unsigned int step)
 	const struct pokeys_threading *threading = &world.state.threading;
 	const struct pokeys_engine *engine = &world.state.engine;
 	const bool at[] = {
-		engine->task_phase == POKEYS_TASK_STARTING, threading->preparing,
-		threading->prepared && !moved_ms, threading->prepared && moved_ms,
-		threading->waiting, threading->active,
+		engine->task_phase == POKEYS_TASK_STARTING,
+		threading->preparing,
+		threading->prepared && !moved_ms,
+		threading->prepared && moved_ms,
+		threading->waiting,
+		threading->active,
 		engine->task_phase == POKEYS_TASK_FINISHING,
 	};
 
@@ -175,8 +180,8 @@ static bool in_step(unsigned int step)
 }
 
 static const char *const steps[] = {
-	"starting", "preparing", "prepared", "with slots before it", "waiting", "active",
-	"releasing",
+	"starting", "preparing", "prepared",  "with slots before it",
+	"waiting",  "active",    "releasing",
 };
 
 enum { STEPS_OF_IT = sizeof(steps) / sizeof(steps[0]) };
@@ -277,7 +282,7 @@ static void single_lost_packet_does_not_spoil_a_thread(void **state)
 		assert_int_equal(world.rig.device.engine.axis[1].pulses, -moved_ms * FEED / 2);
 		assert_int_equal(world.rig.device.bench.machine.axis[0].steps,
 				 (uint64_t)(moved_ms * FEED) +
-				 lose_kept()->rig.device.bench.machine.axis[0].steps);
+					 lose_kept()->rig.device.bench.machine.axis[0].steps);
 	}
 }
 

@@ -51,7 +51,9 @@ static bool is_on(struct world *w)
 void go(unsigned int axis, int32_t position)
 {
 	world.command.axis[axis] = (struct pokeys_axis_command){
-		.position = position, .mode = POKEYS_AXIS_BUFFERED, .enable = 1,
+		.position = position,
+		.mode = POKEYS_AXIS_BUFFERED,
+		.enable = 1,
 	};
 }
 
@@ -68,7 +70,7 @@ void switch_on(uint32_t session)
 {
 	world_start(&world);
 	world_commander(&world, session);
-	world_until(&world, world_is_running, 3 * SECOND);	/* the engine may be restarted */
+	world_until(&world, world_is_running, 3 * SECOND); /* the engine may be restarted */
 	for (unsigned int i = 0; i < 3; i++)
 		go(i, (int32_t)pulses(i));
 	world_machine_on(&world);
@@ -99,7 +101,7 @@ void begin_with(bool count_free, uint8_t ignore)
 	}
 	settings->set |= POKEYS_SET_THREADING;
 	settings->threading_mode = 1;
-	settings->threading_ticks = STEPS / 4;	/* every fourth edge is counted */
+	settings->threading_ticks = STEPS / 4; /* every fourth edge is counted */
 	settings->threading_rpm = TARGET;
 	settings->threading_speed_gain = 200;
 	settings->threading_position_gain = 100;

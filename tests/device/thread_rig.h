@@ -8,7 +8,7 @@
 
 #include "tests/device/world.h"
 
-enum { Z = 0, X = 1, STEPS = 4096, TARGET = 600, FEED = 10 };	/* FEED: pulses a ms */
+enum { Z = 0, X = 1, STEPS = 4096, TARGET = 600, FEED = 10 }; /* FEED: pulses a ms */
 
 extern struct world world;
 

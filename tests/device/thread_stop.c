@@ -28,7 +28,8 @@ static void refused(uint8_t operation, uint8_t why)
 static void what_does_not_fit_is_refused_with_its_reason(void **state)
 {
 	const struct pokeys_one_shot forever = {
-		.operation = POKEYS_ONE_SHOT_THREAD_PREPARE, .parameter = { -1 },
+		.operation = POKEYS_ONE_SHOT_THREAD_PREPARE,
+		.parameter = { -1 },
 	};
 
 	(void)state;
@@ -57,7 +58,7 @@ static void without_settings_it_is_refused_and_never_asked_for(void **state)
 	const uint64_t restarts = world.rig.device.stats.executed_pe[0x05];
 
 	(void)state;
-	world.command.flags = 0;	/* what is found running is asked */
+	world.command.flags = 0; /* what is found running is asked */
 	world_run(&world, 100 * MS);
 	world.config.settings.set &= ~(uint32_t)POKEYS_SET_THREADING;
 	world.config.settings.set |= POKEYS_SET_POWER_STATES;
@@ -92,7 +93,7 @@ static void spindle_above_its_target_starves_it(void **state)
 	assert_int_equal(engine()->buffer_underruns, 1);
 }
 
-static int most_waiting;	/* slots, beside those that the device has */
+static int most_waiting; /* slots, beside those that the device has */
 
 static void look_how_far(int32_t ms)
 {
@@ -255,7 +256,8 @@ static void device_that_may_not_run_is_brought_out_of_it(void **state)
 static void whole_has_a_limit(void **state)
 {
 	const struct pokeys_one_shot one = {
-		.operation = POKEYS_ONE_SHOT_THREAD_PREPARE, .parameter = { 1.5f },
+		.operation = POKEYS_ONE_SHOT_THREAD_PREPARE,
+		.parameter = { 1.5f },
 	};
 
 	(void)state;
@@ -266,7 +268,7 @@ static void whole_has_a_limit(void **state)
 	stopped(POKEYS_TASK_TIMED_OUT);
 }
 
-static uint64_t writes_before;	/* of the parameters: behind these nobody stops the engine */
+static uint64_t writes_before; /* of the parameters: behind these nobody stops the engine */
 
 static void find_it_prepared(struct world *w, const uint8_t *packet)
 {

@@ -61,7 +61,7 @@ static void it_is_prepared_armed_released(void **state)
 }
 
 static double worst;
-static uint64_t dry;	/* ms without a slot, as long as there is something to play */
+static uint64_t dry; /* ms without a slot, as long as there is something to play */
 
 /* Pulses of Z behind the spindle's angle; while there is something to play. */
 static void compare(void)
@@ -280,8 +280,11 @@ static void standstill_beside_a_moving_axis_does_not_heap_up(void **state)
 static unsigned int whole_threads(bool count_free, double loss, double copies, unsigned int rounds)
 {
 	const struct sim_link_faults faults = {
-		.delay = { SIM_DELAY_UNIFORM, 25 * US, 1 * MS, 0 }, .loss = loss,
-		.duplicate = copies, .reorder = copies, .reorder_ns = 2 * MS,
+		.delay = { SIM_DELAY_UNIFORM, 25 * US, 1 * MS, 0 },
+		.loss = loss,
+		.duplicate = copies,
+		.reorder = copies,
+		.reorder_ns = 2 * MS,
 	};
 	unsigned int whole = 0;
 

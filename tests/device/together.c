@@ -14,7 +14,7 @@
 
 /* What a default device with an encoder and an analog input has to be asked. */
 static const uint8_t asked[] = { 0xCD, 0x3A, 0xDA, 0xCF, 0xCB, 0x05, 0x83, 0x00 };
-enum { OPERATIONS = sizeof(asked), PULSE = 2 };	/* and external outputs, dedicated inputs */
+enum { OPERATIONS = sizeof(asked), PULSE = 2 }; /* and external outputs, dedicated inputs */
 
 static struct world world;
 
@@ -95,7 +95,7 @@ static void group_asked_in_between_is_back_in_step(void **state)
 	uint64_t least, most;
 
 	(void)state;
-	world_stall(&world, 30 * MS);	/* then it is asked who it is, at once */
+	world_stall(&world, 30 * MS); /* then it is asked who it is, at once */
 	world_run(&world, 200 * MS);
 	count(&cycles, &least, &most);
 	assert_in_range(cycles, 9, 11);

@@ -19,7 +19,9 @@ static struct world world;
 static void run_at(unsigned int axis, float velocity)
 {
 	world.command.axis[axis] = (struct pokeys_axis_command){
-		.velocity = velocity, .mode = POKEYS_AXIS_VELOCITY, .enable = 1,
+		.velocity = velocity,
+		.mode = POKEYS_AXIS_VELOCITY,
+		.enable = 1,
 	};
 }
 
@@ -186,7 +188,9 @@ static void refusals_say_which_axis_and_why(void **state)
 static void axis_outside_its_soft_limits_may_come_back(void **state)
 {
 	const struct pokeys_one_shot set = {
-		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 2, .value = { [1] = 1500 },
+		.operation = POKEYS_ONE_SHOT_SET_POSITION,
+		.mask = 2,
+		.value = { [1] = 1500 },
 	};
 
 	(void)state;
@@ -236,8 +240,11 @@ static void speed_that_was_overtaken_is_corrected(void **state)
 static void loss_leaves_no_axis_running(void **state)
 {
 	const struct sim_link_faults faults = {
-		.delay = { SIM_DELAY_UNIFORM, 0, 2 * MS, 0 }, .loss = 0.05, .duplicate = 0.05,
-		.reorder = 0.05, .reorder_ns = 3 * MS,
+		.delay = { SIM_DELAY_UNIFORM, 0, 2 * MS, 0 },
+		.loss = 0.05,
+		.duplicate = 0.05,
+		.reorder = 0.05,
+		.reorder_ns = 3 * MS,
 	};
 	struct sim_prng prng;
 

@@ -23,7 +23,7 @@ static struct world world;
 static struct pokeys_wish wish;
 static struct pokeys_report report;
 static unsigned int writes, tries;
-static bool held_back;		/* only the last try of a write arrives */
+static bool held_back; /* only the last try of a write arrives */
 
 /* No write of a setting while the engine moves. */
 static void count(struct world *w, const uint8_t *p)
@@ -129,14 +129,17 @@ static void wish_is_applied_while_running_and_only_differences_are_written(void 
 	(void)state;
 	wish_pin(12, WIRE_PIN_OUTPUT);
 	wish.settings.encoder[5] = (struct pokeys_encoder_settings){
-		.options = WIRE_ENC_ENABLE | WIRE_ENC_4X, .options_mask = 7, .pins_set = 1,
-		.pin_a = 10, .pin_b = 11,
+		.options = WIRE_ENC_ENABLE | WIRE_ENC_4X,
+		.options_mask = 7,
+		.pins_set = 1,
+		.pin_a = 10,
+		.pin_b = 11,
 	};
 	wish.settings.axis[1].set = POKEYS_AXIS_SET_PIN_HOME | POKEYS_AXIS_SET_HOMING_SPEED |
 				    POKEYS_AXIS_SET_MAX_SPEED;
 	wish.settings.axis[1].pin_home = 21;
 	wish.settings.axis[1].homing_speed = 33;
-	wish.settings.axis[1].max_speed = 20000;	/* as it is */
+	wish.settings.axis[1].max_speed = 20000; /* as it is */
 	send_wish();
 	world_cycle(&world);
 	assert_int_equal(world.state.config_state, POKEYS_CONFIG_APPLYING);
@@ -350,7 +353,7 @@ static void wish_that_the_device_does_not_take_is_reported_and_the_link_runs_on(
 {
 	(void)state;
 	world.rig.device.config.identity.locked = 1;
-	world_run(&world, 3 * SECOND);	/* seen */
+	world_run(&world, 3 * SECOND); /* seen */
 	wish_pin(12, WIRE_PIN_OUTPUT);
 	send_wish();
 	settle(500 * MS);
@@ -476,7 +479,9 @@ static void flash_is_not_written_again_within_two_seconds(void **state)
 static void wishes_are_applied_under_any_loss(void **state)
 {
 	const struct sim_link_faults faults = {
-		.delay = { SIM_DELAY_UNIFORM, 25 * US, 2 * MS, 0 }, .loss = 0.1, .duplicate = 0.1,
+		.delay = { SIM_DELAY_UNIFORM, 25 * US, 2 * MS, 0 },
+		.loss = 0.1,
+		.duplicate = 0.1,
 	};
 	uint64_t seed = world_seed();
 
@@ -513,8 +518,7 @@ int main(void)
 		cmocka_unit_test_setup(generator_takes_effect_by_a_reboot_of_the_engine, begin),
 		cmocka_unit_test(machine_on_is_not_held_up_by_a_reboot_that_is_due),
 		cmocka_unit_test_setup(
-			wish_that_the_device_does_not_take_is_reported_and_the_link_runs_on,
-			begin),
+			wish_that_the_device_does_not_take_is_reported_and_the_link_runs_on, begin),
 		cmocka_unit_test_setup(wish_outlives_a_restart_of_the_device, begin),
 		cmocka_unit_test_setup(wish_ends_with_its_commander, begin),
 		cmocka_unit_test_setup(what_pokeysd_conf_wants_can_be_replaced, begin),

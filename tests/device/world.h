@@ -38,27 +38,27 @@ struct world {
 	struct event_ring events;
 	struct sim_rig rig;
 	struct pokeys_command command;
-	struct pokeys_state state;	/* as published last */
-	struct pokeys_state before;	/* ... and in the cycle before */
+	struct pokeys_state state;  /* as published last */
+	struct pokeys_state before; /* ... and in the cycle before */
 	uint64_t now, tick, cycle;
 	uint64_t begin_ns;
-	uint64_t length_ns;		/* of the next cycles; 0 = config.period_ns */
+	uint64_t length_ns; /* of the next cycles; 0 = config.period_ns */
 	uint64_t seed;
-	bool commanding;		/* a commander writes in each cycle */
-	bool attached;			/* the device layer may look at the image */
-	int refused;			/* the image cannot be read: this -errno */
-	bool flags_are_noise;		/* command.flags may be refused: I7 is not checked */
-	uint64_t asleep_ns;		/* the device's clock has gone on by so much alone */
-	int device_ppm;			/* how much faster the device's clock goes than ours */
-	bool unplugged;			/* the kernel refuses to send */
-	uint64_t motion_sent;		/* requests for motion, at the last look */
-	unsigned int fresh_high;	/* most new requests in a cycle */
-	uint64_t (*clock)(void);	/* for work_ns; NULL = nobody wants to know */
-	uint64_t work_ns;		/* real time of the last device_cycle() */
-	uint8_t last_request[64];	/* the packet sent last */
-	void (*watch)(struct world *world, const uint8_t *packet);	/* sees each packet sent */
-	bool swallow;			/* set by watch: this packet never arrives */
-	int swallow_as;			/* ... and 0, or -errno if the kernel does not take it */
+	bool commanding;          /* a commander writes in each cycle */
+	bool attached;            /* the device layer may look at the image */
+	int refused;              /* the image cannot be read: this -errno */
+	bool flags_are_noise;     /* command.flags may be refused: I7 is not checked */
+	uint64_t asleep_ns;       /* the device's clock has gone on by so much alone */
+	int device_ppm;           /* how much faster the device's clock goes than ours */
+	bool unplugged;           /* the kernel refuses to send */
+	uint64_t motion_sent;     /* requests for motion, at the last look */
+	unsigned int fresh_high;  /* most new requests in a cycle */
+	uint64_t (*clock)(void);  /* for work_ns; NULL = nobody wants to know */
+	uint64_t work_ns;         /* real time of the last device_cycle() */
+	uint8_t last_request[64]; /* the packet sent last */
+	void (*watch)(struct world *world, const uint8_t *packet); /* sees each packet sent */
+	bool swallow;   /* set by watch: this packet never arrives */
+	int swallow_as; /* ... and 0, or -errno if the kernel does not take it */
 	bool (*lose_reply)(struct world *world, const uint8_t *packet);
 	/* sees each reply when the device layer has judged it */
 	void (*heard)(struct world *world, const uint8_t *packet, size_t length);
@@ -66,8 +66,8 @@ struct world {
 	uint64_t event_count[EVENT_CODES];
 	struct event last_event[EVENT_CODES];
 	/* invariant I7, by an account of its own */
-	bool unread;			/* the commander leaves its time of reading as it was */
-	uint32_t flags_written;		/* with the last heartbeat */
+	bool unread;            /* the commander leaves its time of reading as it was */
+	uint32_t flags_written; /* with the last heartbeat */
 	bool low_seen;
 	bool machine_was_on;
 };

@@ -140,7 +140,8 @@ void world_axes(struct world *world)
 		struct pokeys_axis_settings *axis = &settings->axis[i];
 
 		axis->options = axis->options_mask = WIRE_AXIS_ENABLED |
-			WIRE_AXIS_INTERNAL_PLANNER | WIRE_AXIS_POSITION_MODE;
+						     WIRE_AXIS_INTERNAL_PLANNER |
+						     WIRE_AXIS_POSITION_MODE;
 		axis->set = POKEYS_AXIS_SET_MAX_SPEED | POKEYS_AXIS_SET_MAX_ACCELERATION |
 			    POKEYS_AXIS_SET_MAX_DECELERATION;
 		axis->max_speed = 20000;
@@ -160,7 +161,9 @@ void world_encoder(struct world *world, unsigned int encoder, uint8_t options, u
 	world->config.settings.encoder[encoder] = (struct pokeys_encoder_settings){
 		.options = options,
 		.options_mask = WIRE_ENC_ENABLE | WIRE_ENC_4X | WIRE_ENC_2X,
-		.pins_set = pin_a < POKEYS_PINS, .pin_a = pin_a, .pin_b = pin_b,
+		.pins_set = pin_a < POKEYS_PINS,
+		.pin_a = pin_a,
+		.pin_b = pin_b,
 	};
 }
 
@@ -176,7 +179,9 @@ void world_fast_encoders(struct world *world, bool fast, bool ultra)
 void world_go(struct world *world, unsigned int axis, int32_t position, float velocity)
 {
 	world->command.axis[axis] = (struct pokeys_axis_command){
-		.position = position, .velocity = velocity, .mode = POKEYS_AXIS_POSITION,
+		.position = position,
+		.velocity = velocity,
+		.mode = POKEYS_AXIS_POSITION,
 		.enable = 1,
 	};
 }
@@ -263,8 +268,9 @@ void world_set_elsewhere(struct world *world, uint8_t mask, int32_t position)
 	wire_encode_req(WIRE_OP_PULSE_POSITIONS, request, &set);
 	wire_finish(request, 1);
 	sim_rig_run(&world->rig, world_device_time(world));
-	assert_int_equal(sim_device_request(&world->rig.device, world_device_time(world),
-					    request, sizeof(request), reply), sizeof(reply));
+	assert_int_equal(sim_device_request(&world->rig.device, world_device_time(world), request,
+					    sizeof(request), reply),
+			 sizeof(reply));
 }
 
 void world_sleep(struct world *world, uint64_t for_ns, uint64_t told_ns)

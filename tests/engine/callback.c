@@ -11,9 +11,9 @@ static struct script s;
 /* What the parser of the tests saw and what it shall do. */
 static struct {
 	unsigned int calls[POKEYS_REQUEST_CANCELLED + 1];
-	unsigned int create;		/* create and send so many in each call */
-	bool cancel_all;		/* cancel every other request */
-	bool give_back;			/* free the entry itself */
+	unsigned int create; /* create and send so many in each call */
+	bool cancel_all;     /* cancel every other request */
+	bool give_back;      /* free the entry itself */
 	unsigned int refused;
 	int last_created;
 } seen;
@@ -210,7 +210,8 @@ static void request_made_in_the_parser_survives_in_the_same_entry(void **state)
 	(void)state;
 	start(NULL, 0);
 	assert_int_equal(pokeys_request_create(&s.dev, packet, POKEYS_CLASS_READ,
-					       give_back_and_reuse, NULL, NULL), 0);
+					       give_back_and_reuse, NULL, NULL),
+			 0);
 	assert_int_equal(pokeys_request_cancel(&s.dev, 0, s.now), 0);
 	assert_int_equal(pokeys_request_state(&s.dev, 0), POKEYS_REQUEST_CREATED);
 	assert_int_equal(s.dev.open_count, 1);

@@ -65,13 +65,16 @@ static void too_many_parameters_or_too_much_payload_is_refused(void **state)
 	script_init(&s, NULL);
 	assert_int_equal(CreateRequestAsync(&s.dev, OP_READ, bytes, 5, NULL, 0), -EINVAL);
 	assert_int_equal(CreateRequestAsync(&s.dev, OP_READ, NULL, 1, NULL, 0), -EINVAL);
-	assert_int_equal(CreateRequestAsyncWithPayload(&s.dev, OP_READ, NULL, 0, bytes, 57,
-						       NULL, 0), -EINVAL);
+	assert_int_equal(CreateRequestAsyncWithPayload(&s.dev, OP_READ, NULL, 0, bytes, 57, NULL,
+						       0),
+			 -EINVAL);
 	assert_int_equal(pokeys_request_create(&s.dev, bytes, (enum pokeys_class)3, NULL, NULL,
-					       NULL), -EINVAL);
+					       NULL),
+			 -EINVAL);
 	assert_int_equal(s.dev.statistics.created, 0);
-	assert_int_equal(CreateRequestAsyncWithPayload(&s.dev, OP_READ, NULL, 0, bytes, 56,
-						       NULL, 0), 0);
+	assert_int_equal(CreateRequestAsyncWithPayload(&s.dev, OP_READ, NULL, 0, bytes, 56, NULL,
+						       0),
+			 0);
 }
 
 static void window_bounds_what_is_created_or_in_flight(void **state)

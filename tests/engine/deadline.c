@@ -90,7 +90,8 @@ static void slow_answer_is_remembered_for_a_while(void **state)
 static void floor_and_ceiling_hold(void **state)
 {
 	struct pokeys_options options = {
-		.deadline_floor_ns = 500 * US, .deadline_ceiling_ns = 5 * MS,
+		.deadline_floor_ns = 500 * US,
+		.deadline_ceiling_ns = 5 * MS,
 	};
 
 	(void)state;
@@ -263,13 +264,19 @@ static void clock_that_steps_back_stands_still(void **state)
 static void options_out_of_range_are_refused(void **state)
 {
 	static const struct pokeys_options bad[] = {
-		{ .deadline_floor_ns = 49 * US }, { .deadline_floor_ns = 1 * S + 1 },
+		{ .deadline_floor_ns = 49 * US },
+		{ .deadline_floor_ns = 1 * S + 1 },
 		{ .deadline_ceiling_ns = 5 * S + 1 },
 		{ .deadline_floor_ns = 2 * MS, .deadline_ceiling_ns = 1 * MS },
-		{ .deadline_initial_ns = 299 * US }, { .deadline_initial_ns = 51 * MS },
-		{ .reply_lifetime_ns = MS - 1 }, { .reply_lifetime_ns = 60 * S + 1 },
-		{ .id_rest_ns = 501 * MS }, { .retries = 21 }, { .window = 65 },
-		{ .retry_budget = 100001 }, { .send_budget = 1000001 },
+		{ .deadline_initial_ns = 299 * US },
+		{ .deadline_initial_ns = 51 * MS },
+		{ .reply_lifetime_ns = MS - 1 },
+		{ .reply_lifetime_ns = 60 * S + 1 },
+		{ .id_rest_ns = 501 * MS },
+		{ .retries = 21 },
+		{ .window = 65 },
+		{ .retry_budget = 100001 },
+		{ .send_budget = 1000001 },
 	};
 	struct pokeys_io io = { 0 };
 	static pokeys_device_t dev;

@@ -98,7 +98,10 @@ static void answer_to_every_read_is_accepted(void **state)
 
 /* A 57CNC as it was measured: 0.38 ms a request, jitter, rare 5 ms (protocol section 5.4). */
 static const struct sim_rig_options real = {
-	.service_ns = 300 * US, .jitter_ns = 200 * US, .hiccup = 0.002, .hiccup_ns = 5 * MS,
+	.service_ns = 300 * US,
+	.jitter_ns = 200 * US,
+	.hiccup = 0.002,
+	.hiccup_ns = 5 * MS,
 	.link.faults = { { .delay = { SIM_DELAY_UNIFORM, 30 * US, 60 * US, 0 } },
 			 { .delay = { SIM_DELAY_UNIFORM, 30 * US, 60 * US, 0 } } },
 };
@@ -134,7 +137,8 @@ static void device_as_slow_as_a_real_one_is_polled_without_loss(void **state)
 	/* the hiccups that come without warning, and what waits behind them */
 	assert_true(dev.statistics.resent <= dev.statistics.created / 50);
 	assert_int_equal(dev.statistics.bad_operation + dev.statistics.bad_check +
-			 dev.statistics.stale + dev.statistics.not_in_flight, 0);
+				 dev.statistics.stale + dev.statistics.not_in_flight,
+			 0);
 }
 
 static void reboot_in_mid_transaction_is_survived(void **state)

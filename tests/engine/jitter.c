@@ -9,7 +9,7 @@
 static struct world w;
 
 struct figures {
-	unsigned int resent_permille;	/* resends per thousand requests */
+	unsigned int resent_permille; /* resends per thousand requests */
 	uint64_t deadline_low, deadline_high;
 };
 
@@ -42,12 +42,11 @@ static struct figures poll_over(const struct sim_delay *delay, double reorder, u
 		if (s.deadline_ns > f.deadline_high)
 			f.deadline_high = s.deadline_ns;
 	}
-	f.resent_permille = (unsigned int)((w.resends - resends) * 1000 /
-					   (w.requests - requests));
+	f.resent_permille = (unsigned int)((w.resends - resends) * 1000 / (w.requests - requests));
 	world_drain(&w);
-	print_message("resent %u/1000, answered %u/1000, deadline %u .. %u us\n",
-		      f.resent_permille, world_answered_permille(&w),
-		      (unsigned int)(f.deadline_low / US), (unsigned int)(f.deadline_high / US));
+	print_message("resent %u/1000, answered %u/1000, deadline %u .. %u us\n", f.resent_permille,
+		      world_answered_permille(&w), (unsigned int)(f.deadline_low / US),
+		      (unsigned int)(f.deadline_high / US));
 	assert_in_range(f.deadline_low, 300 * US, 50 * MS);
 	assert_in_range(f.deadline_high, 300 * US, 50 * MS);
 	assert_int_equal(w.dev.statistics.refused_id, 0);
@@ -76,7 +75,10 @@ static void heavy_tail_to_ten_deadlines_causes_no_storm(void **state)
 	(void)state;
 	for (unsigned int i = 0; i < 3; i++) {
 		const struct sim_delay delay = {
-			SIM_DELAY_HEAVY_TAIL, 100 * US, 10 * MS, alpha[i],
+			SIM_DELAY_HEAVY_TAIL,
+			100 * US,
+			10 * MS,
+			alpha[i],
 		};
 
 		assert_true(poll_over(&delay, 0, 100 * US, seed + i).resent_permille <= 50);

@@ -31,9 +31,9 @@ static void run_with_loss(double requests, double replies, uint64_t seed)
 	world_run(&w, 10 * S);
 	world_drain(&w);
 	print_message("loss %5.2f %% / %5.2f %%: %u requests, answered %u/1000, resent %u, "
-		      "refused id %u budget %u window %u\n", 100 * requests, 100 * replies,
-		      (unsigned int)w.requests, world_answered_permille(&w),
-		      (unsigned int)w.resends,
+		      "refused id %u budget %u window %u\n",
+		      100 * requests, 100 * replies, (unsigned int)w.requests,
+		      world_answered_permille(&w), (unsigned int)w.resends,
 		      (unsigned int)w.dev.statistics.refused_id,
 		      (unsigned int)w.dev.statistics.refused_budget,
 		      (unsigned int)w.dev.statistics.refused_window);
@@ -91,8 +91,8 @@ static void slow_network_counts_late_and_lossy_one_counts_lost(void **state)
 	(void)state;
 	options.oneshot_every = 0;
 	options.cancel_every = 0;
-	options.way[SIM_LINK_REPLY].delay =
-		(struct sim_delay){ SIM_DELAY_HEAVY_TAIL, 50 * US, 30 * MS, 1.1 };
+	options.way[SIM_LINK_REPLY].delay = (struct sim_delay){ SIM_DELAY_HEAVY_TAIL, 50 * US,
+								30 * MS, 1.1 };
 	world_open(&w, &options, world_seed(7));
 	world_run(&w, 10 * S);
 	assert_true(counted->missed > 100);
@@ -204,7 +204,7 @@ static void bursts_of_loss_break_nothing(void **state)
 		world_run(&w, 10 * S);
 		world_drain(&w);
 		assert_true(w.link.way[0].stats.lost_burst > 0);
-		}
+	}
 }
 
 int main(void)

@@ -100,7 +100,10 @@ static void copy_is_never_longer_than_target_size_nor_than_the_payload(void **st
 static void every_flipped_header_bit_is_refused(void **state)
 {
 	static const uint8_t ops[][2] = {
-		{ OP_READ, 0 }, { OP_IO, 1 }, { OP_PULSE, SUB_STATUS }, { OP_PULSE, SUB_MOVE },
+		{ OP_READ, 0 },
+		{ OP_IO, 1 },
+		{ OP_PULSE, SUB_STATUS },
+		{ OP_PULSE, SUB_MOVE },
 	};
 
 	(void)state;
@@ -108,8 +111,9 @@ static void every_flipped_header_bit_is_refused(void **state)
 		in_flight(ops[op][0], ops[op][1]);
 		for (unsigned int bit = 0; bit < 64; bit++) {
 			reply[bit / 8] ^= (uint8_t)(1u << bit % 8);
-			assert_refused(reply, 64, bit < 8 ? &s.dev.statistics.bad_magic :
-							    &s.dev.statistics.bad_checksum);
+			assert_refused(reply, 64,
+				       bit < 8 ? &s.dev.statistics.bad_magic :
+						 &s.dev.statistics.bad_checksum);
 			reply[bit / 8] ^= (uint8_t)(1u << bit % 8);
 		}
 		assert_int_equal(script_deliver(&s, reply, 64), 1);

@@ -107,7 +107,9 @@ static void an_answer_ends_older_ones_that_are_late(void **state)
 static void late_ones_do_not_fill_the_window(void **state)
 {
 	const struct pokeys_options options = {
-		.retries = POKEYS_NO_RETRIES, .deadline_ceiling_ns = 1 * S, .window = 32,
+		.retries = POKEYS_NO_RETRIES,
+		.deadline_ceiling_ns = 1 * S,
+		.window = 32,
 	};
 
 	(void)state;

@@ -43,7 +43,8 @@ static void reply_late_by_1_to_300_requests_is_not_published(uint64_t period_ns,
 	world_drain(&w);
 	assert_int_equal(w.dev.statistics.done, w.requests);
 	assert_true(w.dev.statistics.not_in_flight + w.dev.statistics.duplicate +
-		    w.dev.statistics.bad_operation >= 280);
+			    w.dev.statistics.bad_operation >=
+		    280);
 }
 
 static void late_reply_at_2000_requests_a_second_is_not_published(void **state)
@@ -90,7 +91,7 @@ static void reordering_across_the_wrap_of_ids_publishes_nothing_wrong(void **sta
 		world_run(&w, 10 * S);
 		world_drain(&w);
 		assert_true(w.link.way[SIM_LINK_REPLY].stats.reordered > 1000);
-		}
+	}
 }
 
 static void copies_of_replies_cost_nothing(void **state)
@@ -112,7 +113,7 @@ static void copies_of_replies_cost_nothing(void **state)
 		assert_int_equal(w.sends, w.requests);
 		assert_true(w.dev.statistics.duplicate > w.requests / 2 * copies[i] / 10);
 		assert_int_equal(w.dev.statistics.refused_id, 0);
-		}
+	}
 }
 
 /* The network doubles requests: the device answers each copy. */
@@ -160,7 +161,8 @@ static void two_hundred_stray_replies_cost_nothing(void **state)
 	assert_int_equal(w.dev.statistics.done, w.requests);
 	assert_int_equal(w.sends, w.requests);
 	assert_int_equal(w.dev.statistics.duplicate + w.dev.statistics.not_in_flight +
-			 w.dev.statistics.bad_operation + w.dev.statistics.bad_check, 20 * 200);
+				 w.dev.statistics.bad_operation + w.dev.statistics.bad_check,
+			 20 * 200);
 }
 
 /* One way at a time: two flips can make stamp and complement agree again. */

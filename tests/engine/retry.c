@@ -367,7 +367,9 @@ static void no_second_sees_more_resends_than_their_budget(void **state)
 	(void)state;
 	for (unsigned int b = 0; b < 6; b++) {
 		const struct pokeys_options options = {
-			.retry_budget = budgets[b], .window = 64, .reply_lifetime_ns = 10 * MS,
+			.retry_budget = budgets[b],
+			.window = 64,
+			.reply_lifetime_ns = 10 * MS,
 			.deadline_ceiling_ns = 2 * MS,
 		};
 		unsigned int count = 0;
@@ -396,8 +398,11 @@ static void no_second_sees_more_transmissions_than_their_budget(void **state)
 {
 	static uint64_t times[100000];
 	const struct pokeys_options options = {
-		.send_budget = 1000, .retry_budget = 100000, .window = 64,
-		.reply_lifetime_ns = 5 * MS, .deadline_ceiling_ns = 1 * MS,
+		.send_budget = 1000,
+		.retry_budget = 100000,
+		.window = 64,
+		.reply_lifetime_ns = 5 * MS,
+		.deadline_ceiling_ns = 1 * MS,
 	};
 
 	(void)state;

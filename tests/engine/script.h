@@ -21,15 +21,15 @@
 #define S 1000000000ull
 
 enum {
-	SCRIPT_SENT = 1024,	/* the last so many packets are kept */
+	SCRIPT_SENT = 1024, /* the last so many packets are kept */
 	SCRIPT_INBOX = 512,
 	SCRIPT_BYTES = 600,
-	OP_READ = 0x31,		/* a read without parameters */
-	OP_IO = 0xCC,		/* p1 = 1: idempotent write, p1 = 0: read */
+	OP_READ = 0x31, /* a read without parameters */
+	OP_IO = 0xCC,   /* p1 = 1: idempotent write, p1 = 0: read */
 	OP_PULSE = 0x85,
-	SUB_STATUS = 0x00,	/* a read with a check byte */
-	SUB_MOVE = 0x20,	/* an idempotent write that echoes its sub-id */
-	SUB_HOME = 0x21,	/* a one-shot */
+	SUB_STATUS = 0x00, /* a read with a check byte */
+	SUB_MOVE = 0x20,   /* an idempotent write that echoes its sub-id */
+	SUB_HOME = 0x21,   /* a one-shot */
 };
 
 struct script_datagram {
@@ -43,9 +43,9 @@ struct script {
 	uint64_t now;
 	unsigned int sent;
 	uint8_t packets[SCRIPT_SENT][POKEYS_PACKET_SIZE];
-	uint64_t *times;		/* of each packet sent, if not NULL */
-	int send_error;			/* what send returns, 0 = takes the packet */
-	unsigned int fail_send;		/* 1-based number of the send that fails, 0 = none */
+	uint64_t *times;        /* of each packet sent, if not NULL */
+	int send_error;         /* what send returns, 0 = takes the packet */
+	unsigned int fail_send; /* 1-based number of the send that fails, 0 = none */
 	unsigned int sends_tried;
 	unsigned int inbox_head, inbox_count;
 	struct script_datagram inbox[SCRIPT_INBOX];

@@ -20,13 +20,16 @@ static uint64_t requests_wanted(void)
 static struct world_options bad_day(void)
 {
 	struct world_options options = {
-		.service_ns = 150 * US, .per_cycle = 3, .oneshot_every = 100, .cancel_every = 1009,
+		.service_ns = 150 * US,
+		.per_cycle = 3,
+		.oneshot_every = 100,
+		.cancel_every = 1009,
 	};
 
 	for (unsigned int dir = 0; dir < SIM_LINK_DIRS; dir++) {
 		options.way[dir].loss = 0.005;
-		options.way[dir].delay =
-			(struct sim_delay){ SIM_DELAY_HEAVY_TAIL, 50 * US, 3 * MS, 1.8 };
+		options.way[dir].delay = (struct sim_delay){ SIM_DELAY_HEAVY_TAIL, 50 * US, 3 * MS,
+							     1.8 };
 		options.way[dir].truncate = 0.0005;
 	}
 	options.way[SIM_LINK_REPLY].corrupt = 0.0005;

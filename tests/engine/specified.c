@@ -41,9 +41,9 @@ static struct {
 	bool answers;
 	int send_error;
 	unsigned int sent;
-	uint64_t times[TRIES_MAX];	/* of the last transmissions, ns */
+	uint64_t times[TRIES_MAX]; /* of the last transmissions, ns */
 	uint8_t packet[POKEYS_PACKET_SIZE];
-	bool waiting;			/* the last packet was not answered yet */
+	bool waiting; /* the last packet was not answered yet */
 } peer;
 
 static uint64_t clock_ns(void)
@@ -122,8 +122,8 @@ static void entry_has_the_fields_of_the_specification(void **state)
 	bool *response_ready = &entry.response_ready;
 	void **target_ptr = &entry.target_ptr;
 	size_t *target_size = &entry.target_size;
-	uint8_t (*request_buffer)[64] = &entry.request_buffer;
-	uint8_t (*response_buffer)[64] = &entry.response_buffer;
+	uint8_t(*request_buffer)[64] = &entry.request_buffer;
+	uint8_t(*response_buffer)[64] = &entry.response_buffer;
 
 	(void)state;
 	assert_int_equal(*request_id + *command_sent + *retries_left + *response_ready, 0);
@@ -140,7 +140,7 @@ static void answer_is_copied_and_marked_ready(void **state)
 
 	(void)state;
 	start(true);
-	timeout_and_retry_check(&dev, HOUR_US);		/* no answer is too old */
+	timeout_and_retry_check(&dev, HOUR_US); /* no answer is too old */
 	id = create_request(&dev, OP_READ, NULL, 0, target, 8);
 	assert_in_range(id, 0, 255);
 	entry = &dev.mailbox[id];
@@ -285,7 +285,7 @@ static void thousand_requests_need_no_other_function(void **state)
 
 	(void)state;
 	start(true);
-	timeout_and_retry_check(&dev, HOUR_US);		/* no answer is too old */
+	timeout_and_retry_check(&dev, HOUR_US); /* no answer is too old */
 	while (done < 1024) {
 		if (id < 0)
 			id = create_request(&dev, OP_READ, NULL, 0, NULL, 0);

@@ -84,7 +84,7 @@ static int world_send(void *context, const uint8_t *packet, size_t length)
 	check_budget(w, w->send_times, w->sends++, w->dev.options.send_budget);
 	if (r->sends++)
 		check_budget(w, w->resend_times, w->resends++, w->dev.options.retry_budget);
-	CHECK(w, !r->oneshot || r->sends == 1);		/* I4 */
+	CHECK(w, !r->oneshot || r->sends == 1); /* I4 */
 	sim_link_push(&w->link, SIM_LINK_REQUEST, w->now, packet, length);
 	return 0;
 }
@@ -144,11 +144,13 @@ static void create(struct world *w, uint8_t op, uint8_t p1, enum pokeys_class re
 	struct world_request *r = &w->request[w->requests % WORLD_REQUESTS];
 	int id;
 
-	CHECK(w, !r->world || r->ends == 1);		/* I3 */
+	CHECK(w, !r->world || r->ends == 1); /* I3 */
 	put_u64(packet + AT_STAMP, w->requests);
 	put_u64(packet + AT_COMPLEMENT, ~w->requests);
 	*r = (struct world_request){
-		.world = w, .number = w->requests, .created_ns = w->now,
+		.world = w,
+		.number = w->requests,
+		.created_ns = w->now,
 	};
 	r->oneshot = request_class == POKEYS_CLASS_ONESHOT;
 	id = pokeys_request_create(&w->dev, packet, request_class, ended, refresh, r);
@@ -204,8 +206,10 @@ static void reply_to(struct world *w, const uint8_t *request)
 static void arrive(struct world *w)
 {
 	struct world_waiting *place = &w->queue[(w->queue_head + w->queue_count) % WORLD_QUEUE];
-	const uint64_t busy_until = w->queue_count ?
-		w->queue[(w->queue_head + w->queue_count - 1) % WORLD_QUEUE].done_ns : w->now;
+	const uint64_t busy_until =
+		w->queue_count ?
+			w->queue[(w->queue_head + w->queue_count - 1) % WORLD_QUEUE].done_ns :
+			w->now;
 	size_t length;
 	uint64_t peer;
 
@@ -233,7 +237,7 @@ static void serve(struct world *w)
 				r->served_ns = w->now;
 			/* I4, unless the network itself made two of one */
 			CHECK(w, !r->oneshot || r->executed == 1 ||
-				 w->options.way[SIM_LINK_REQUEST].duplicate > 0);
+					 w->options.way[SIM_LINK_REQUEST].duplicate > 0);
 		}
 		reply_to(w, request);
 		w->queue_head = (w->queue_head + 1) % WORLD_QUEUE;
@@ -246,14 +250,14 @@ static void check_invariants(struct world *w)
 	const pokeys_device_t *dev = &w->dev;
 	const struct pokeys_statistics *s = &dev->statistics;
 
-	CHECK(w, dev->in_flight_count <= dev->options.window);		/* I5 */
-	CHECK(w, dev->open_count == w->requests - w->ended);		/* I3 */
+	CHECK(w, dev->in_flight_count <= dev->options.window); /* I5 */
+	CHECK(w, dev->open_count == w->requests - w->ended);   /* I3 */
 	CHECK(w, s->created == w->requests);
 	CHECK(w, s->done + s->timed_out + s->unknown + s->cancelled == w->ended);
 	CHECK(w, s->sent == w->sends && s->resent == w->resends);
 	CHECK(w, s->received == s->accepted + s->bad_length + s->bad_magic + s->bad_checksum +
-				s->bad_source + s->bad_operation + s->bad_check +
-				s->not_in_flight + s->duplicate + s->stale);
+					s->bad_source + s->bad_operation + s->bad_check +
+					s->not_in_flight + s->duplicate + s->stale);
 	for (uint32_t i = 0; i < dev->in_flight_count; i++) {
 		const mailbox_entry_t *entry = &dev->mailbox[dev->in_flight[i]];
 

@@ -53,7 +53,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
 	static struct config config;
-	char *text = malloc(size);	/* of exactly this size, for the sanitizer to watch */
+	char *text = malloc(size); /* of exactly this size, for the sanitizer to watch */
 	int lines = 0, faults;
 
 	if (!text)

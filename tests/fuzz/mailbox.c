@@ -41,8 +41,7 @@ static int fuzz_send(void *context, const uint8_t *packet, size_t length)
 	return send_result;
 }
 
-static void parser(pokeys_device_t *d, const mailbox_entry_t *entry, void *context,
-		   uint64_t now_ns)
+static void parser(pokeys_device_t *d, const mailbox_entry_t *entry, void *context, uint64_t now_ns)
 {
 	uint8_t *what = context;
 
@@ -183,8 +182,8 @@ static void hold_in_order(void)
 	ended = s->done + s->timed_out + s->unknown + s->cancelled;
 	hold(s->created == ended + open && parsed <= ended && s->accepted == s->done);
 	hold(s->received == s->accepted + s->bad_length + s->bad_magic + s->bad_checksum +
-			    s->bad_source + s->bad_operation + s->bad_check +
-			    s->not_in_flight + s->duplicate + s->stale);
+				    s->bad_source + s->bad_operation + s->bad_check +
+				    s->not_in_flight + s->duplicate + s->stale);
 	for (size_t i = POKEYS_PAYLOAD_SIZE; i < sizeof(target); i++)
 		hold(target[i] == 0);
 }

@@ -71,8 +71,8 @@ static void whole(uint64_t now_ns, const uint8_t *data, size_t len)
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t len);
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t len)
 {
-	static const uint8_t hardware[] = { WIRE_HW_57CNC, WIRE_HW_57E_V11,
-					    WIRE_HW_57CNCPRO4X25, WIRE_HW_56E };
+	static const uint8_t hardware[] = { WIRE_HW_57CNC, WIRE_HW_57E_V11, WIRE_HW_57CNCPRO4X25,
+					    WIRE_HW_56E };
 	struct sim_device_options options = { .hardware = hardware[len % 4] };
 	uint64_t now_ns = 1;
 

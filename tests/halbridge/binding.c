@@ -227,7 +227,7 @@ static void a_pin_linked_to_a_used_signal_is_written_though_nothing_changed(void
 	values.connected = true;
 	values_changed(&values, BLOCK_LINK);
 	binding_scatter(&binding, TABLE_AT_READ);
-	assert_int_equal(storage[0], 1);	/* the first pin is `connected` */
+	assert_int_equal(storage[0], 1); /* the first pin is `connected` */
 	signal_value = 0;
 	pointers[0] = &signal_value;
 	for (unsigned int i = 0; i < BINDING_OUT_TURNS; i++)
@@ -286,7 +286,7 @@ static void an_io_pin_is_written_only_if_we_changed_it(void **state)
 	each_pin(find_io);
 	storage[io_pin] = 0;
 	binding_gather(&binding, TABLE_AT_READ);
-	storage[io_pin] = 1;	/* somebody else's wish, in between */
+	storage[io_pin] = 1; /* somebody else's wish, in between */
 	values_changed(&values, BLOCK_ENCODER);
 	binding_scatter(&binding, TABLE_AT_READ);
 	assert_int_equal(storage[io_pin], 1);
@@ -318,7 +318,7 @@ static void only_what_was_touched_is_written(void **state)
 			values.encoder[k].count++;
 			storage[count_pin[k]] = 0;
 		}
-		binding.next_out = 0;	/* those whose turn it is are others */
+		binding.next_out = 0; /* those whose turn it is are others */
 		values_touched(&values, offsetof(struct values, encoder[i]),
 			       sizeof(values.encoder[i]));
 		binding_scatter(&binding, TABLE_AT_READ);

@@ -20,7 +20,8 @@ static void acknowledge(uint32_t id, enum pokeys_outcome outcome)
 {
 	rig.daemon.one_shot_ack = id + 1;
 	rig.daemon.one_shot[id % POKEYS_ONE_SHOT_RESULTS] = (struct pokeys_one_shot_result){
-		.id = id, .operation = command->one_shot[id].operation,
+		.id = id,
+		.operation = command->one_shot[id].operation,
 		.outcome = (uint8_t)outcome,
 	};
 }
@@ -108,7 +109,7 @@ static void a_wheel_let_go_while_data_are_stale_is_let_go(void **state)
 	rig_periods(&rig, 20);
 	rig.device_silent = false;
 	rig_periods(&rig, 3);
-	assert_int_equal(command->one_shot_head, 2);	/* once */
+	assert_int_equal(command->one_shot_head, 2); /* once */
 }
 
 /* As a HAL file has it that asks for machine-on-permitted as well. */
@@ -179,7 +180,7 @@ static void the_clock_is_set_with_the_days_that_follow_from_the_date(void **stat
 	const int32_t *value;
 
 	(void)state;
-	value = clock_set(2026, 11, 21);	/* a Saturday, day 325 */
+	value = clock_set(2026, 11, 21); /* a Saturday, day 325 */
 	assert_int_equal(command->one_shot[0].operation, POKEYS_ONE_SHOT_SET_RTC);
 	assert_true(value[0] == 2026 && value[1] == 11 && value[2] == 21);
 	assert_true(value[3] == 13 && value[4] == 59 && value[5] == 7);
@@ -187,19 +188,21 @@ static void the_clock_is_set_with_the_days_that_follow_from_the_date(void **stat
 	acknowledge(0, POKEYS_OUTCOME_DONE);
 	rig_period(&rig);
 	assert_int_equal(values->rtc.set_outcome, POKEYS_OUTCOME_DONE);
-	value = clock_set(2000, 2, 29);		/* a Tuesday, day 60 */
+	value = clock_set(2000, 2, 29); /* a Tuesday, day 60 */
 	assert_true(value[6] == 2 && value[7] == 60);
-	value = clock_set(2028, 12, 31);	/* a Sunday, day 366 */
+	value = clock_set(2028, 12, 31); /* a Sunday, day 366 */
 	assert_true(value[6] == 0 && value[7] == 366);
-	value = clock_set(2099, 1, 1);		/* a Thursday */
+	value = clock_set(2099, 1, 1); /* a Thursday */
 	assert_true(value[6] == 4 && value[7] == 1);
 }
 
 static void a_date_that_is_none_is_refused(void **state)
 {
 	static const uint32_t dates[][3] = {
-		{ 2026, 2, 29 }, { 2026, 13, 1 }, { 2026, 0, 1 }, { 1999, 1, 1 }, { 2026, 4, 31 },
-		{ 2026, 4, 0 }, { 2100, 1, 1 }, { UINT32_MAX, UINT32_MAX, UINT32_MAX },
+		{ 2026, 2, 29 }, { 2026, 13, 1 },
+		{ 2026, 0, 1 },  { 1999, 1, 1 },
+		{ 2026, 4, 31 }, { 2026, 4, 0 },
+		{ 2100, 1, 1 },  { UINT32_MAX, UINT32_MAX, UINT32_MAX },
 	};
 
 	(void)state;

@@ -22,7 +22,8 @@ static inline void drive_init(struct drive *drive, unsigned int schemes)
 	for (size_t i = 0; i < BINDING_PINS; i++)
 		drive->pointers[i] = &drive->storage[i];
 	assert_int_equal(binding_init(&drive->binding, &drive->rig.values,
-				      (void *volatile *)drive->pointers, schemes), 0);
+				      (void *volatile *)drive->pointers, schemes),
+			 0);
 }
 
 /* A servo period as the component runs it; no pin is written merely in turn. */

@@ -141,7 +141,7 @@ static void velocity_is_scaled_and_smooth(void **state)
 	(void)state;
 	rig.values.encoder[7].scale = -100;
 	for (int i = 0; i < 3000; i++) {
-		rig.daemon.encoder[7] = i * 3 / 20;	/* 150 counts/s */
+		rig.daemon.encoder[7] = i * 3 / 20; /* 150 counts/s */
 		rig_period(&rig);
 		if (i > 1000)
 			worst = fmax(worst, fabs(rig.values.encoder[7].velocity + 1.5));
@@ -281,7 +281,9 @@ static uint32_t press_set(unsigned int i, int32_t to)
 static void outcome(uint32_t id, enum pokeys_outcome outcome)
 {
 	rig.daemon.one_shot[id % POKEYS_ONE_SHOT_RESULTS] = (struct pokeys_one_shot_result){
-		.id = id, .operation = POKEYS_ONE_SHOT_SET_ENCODER, .outcome = (uint8_t)outcome,
+		.id = id,
+		.operation = POKEYS_ONE_SHOT_SET_ENCODER,
+		.outcome = (uint8_t)outcome,
 	};
 	rig.daemon.one_shot_ack = id + 1;
 }
@@ -306,7 +308,7 @@ static void setting_the_counter_is_no_motion(void **state)
 			rig.daemon.encoder[3] = -7000;
 		rig_periods(&rig, 5);
 		assert_int_equal(value->count, 500);
-		rig.device_silent = true;	/* nothing newer has come yet */
+		rig.device_silent = true; /* nothing newer has come yet */
 		outcome(id, POKEYS_OUTCOME_DONE);
 		rig_periods(&rig, 2);
 		assert_int_equal(value->count, 500);
@@ -325,7 +327,9 @@ static void setting_the_counter_is_no_motion(void **state)
 static void a_counter_that_was_not_set_goes_on(void **state)
 {
 	static const enum pokeys_outcome outcomes[] = {
-		POKEYS_OUTCOME_FAILED, POKEYS_OUTCOME_UNKNOWN, POKEYS_OUTCOME_REFUSED,
+		POKEYS_OUTCOME_FAILED,
+		POKEYS_OUTCOME_UNKNOWN,
+		POKEYS_OUTCOME_REFUSED,
 	};
 
 	for (size_t i = 0; i < sizeof(outcomes) / sizeof(outcomes[0]); i++) {
@@ -413,12 +417,23 @@ static void disturb(struct value_encoder *value, int32_t *raw, uint64_t *t_ns)
 	static int speed;
 
 	switch (rand() % 40) {
-	case 0: speed = rand() % 3 ? rand() % 7 - 3 : 0; break;
-	case 1: value->scale = rand() % 5 - 1; break;
-	case 2: value->reset = rand() % 2; break;
-	case 3: *t_ns += rand() % 3 ? 20 * RIG_MS : 150 * RIG_MS; break;
-	case 4: speed = 0; break;
-	default: break;
+	case 0:
+		speed = rand() % 3 ? rand() % 7 - 3 : 0;
+		break;
+	case 1:
+		value->scale = rand() % 5 - 1;
+		break;
+	case 2:
+		value->reset = rand() % 2;
+		break;
+	case 3:
+		*t_ns += rand() % 3 ? 20 * RIG_MS : 150 * RIG_MS;
+		break;
+	case 4:
+		speed = 0;
+		break;
+	default:
+		break;
 	}
 	*raw += rand() % 2 ? speed : 0;
 	*t_ns += rand() % 10 ? RIG_MS : 0;
@@ -441,7 +456,7 @@ static void the_short_way_of_a_standing_one_shows_the_same(void **state)
 		disturb(&value, &image.encoder[0], &t_ns);
 		if (i / 2000 % 2) {
 			value.reset = false;
-			image.encoder[0] = 5;	/* it stands for a while */
+			image.encoder[0] = 5; /* it stands for a while */
 		}
 		image.encoder_t_ns[0] = t_ns;
 		if (rand() % 5000 == 0) {

@@ -99,7 +99,7 @@ static void what_is_turned_in_a_silence_turns_no_hand_wheel(void **state)
 	be_silent(4000);
 	rig_periods(&rig, 20);
 	assert_int_equal(rig.values.encoder[1].count, 1000);
-	assert_false(rig.values.encoder[1].count_lost);		/* nobody has turned it */
+	assert_false(rig.values.encoder[1].count_lost); /* nobody has turned it */
 	rig.daemon.encoder[1] = 1001;
 	rig_period(&rig);
 	assert_int_equal(rig.values.encoder[1].count, 1001);
@@ -127,7 +127,7 @@ static void no_speed_of_before_a_silence_is_shown(void **state)
 	rig.daemon.encoder[1] += 3;
 	rig_period(&rig);
 	assert_true(rig.values.encoder[1].velocity == 0);
-	rig.daemon.encoder[1]++;	/* it rests on the edge of a line */
+	rig.daemon.encoder[1]++; /* it rests on the edge of a line */
 	rig_period(&rig);
 	assert_true(rig.values.encoder[1].velocity < 2000);
 }
@@ -287,7 +287,7 @@ static void a_clock_that_is_read_now_and_then_is_known_again(void **state)
 	(void)state;
 	for (uint32_t late_ms = 0; late_ms < 10000; late_ms += 3000) {
 		setup(state);
-		rig.daemon.device_tick_ms = 5000000;	/* attached `late_ms` behind this reading */
+		rig.daemon.device_tick_ms = 5000000; /* attached `late_ms` behind this reading */
 		rig.now_ns += late_ms * RIG_MS;
 		rig_period(&rig);
 		rig.now_ns += 9000 * RIG_MS;
@@ -332,7 +332,8 @@ static void a_lost_count_is_known_again_by_its_index(void **state)
 	rig_period(&rig);
 	rig.daemon.one_shot_ack = rig.exchange.command.one_shot_head;
 	rig.daemon.one_shot[0] = (struct pokeys_one_shot_result){
-		.id = rig.exchange.command.one_shot_head - 1, .outcome = POKEYS_OUTCOME_DONE,
+		.id = rig.exchange.command.one_shot_head - 1,
+		.outcome = POKEYS_OUTCOME_DONE,
 	};
 	rig_period(&rig);
 	rig.daemon.encoder_index = UINT32_C(1) << 25;

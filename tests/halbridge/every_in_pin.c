@@ -11,14 +11,14 @@
 typedef bool (*consequence)(const struct table_cursor *at, bool pressed);
 
 struct in_driver {
-	const char *name;	/* of the row */
+	const char *name; /* of the row */
 	uint16_t offset;
 	int16_t stride, inner_stride;
-	uint8_t size;		/* of the field, 0 = one bit per instance */
-	const char *with;	/* the row of a pin that has to be true as well */
-	double units, raw;	/* what is set, and the field then */
+	uint8_t size;      /* of the field, 0 = one bit per instance */
+	const char *with;  /* the row of a pin that has to be true as well */
+	double units, raw; /* what is set, and the field then */
 	bool is_float;
-	consequence right;	/* instead of a field */
+	consequence right; /* instead of a field */
 };
 
 #define SIZE(field_)	sizeof(((struct pokeys_command *)0)->field_)
@@ -34,8 +34,8 @@ static struct pokeys_command *const command = &drive.rig.exchange.command;
 
 static bool pressed_once(uint8_t operation, bool pressed)
 {
-	return !pressed || (command->one_shot_head == 1 &&
-			    command->one_shot[0].operation == operation);
+	return !pressed ||
+	       (command->one_shot_head == 1 && command->one_shot[0].operation == operation);
 }
 
 static bool counters_are_reset(const struct table_cursor *at, bool pressed)
@@ -179,7 +179,7 @@ static bool date_is_judged(const struct table_cursor *at, bool pressed)
 
 static bool channel_is_enabled(const struct table_cursor *at, bool pressed)
 {
-	(void)pressed;	/* once enabled it stays so, with duty 0 */
+	(void)pressed; /* once enabled it stays so, with duty 0 */
 	return command->pwm_enable == UINT32_C(1) << at->index;
 }
 
@@ -219,7 +219,7 @@ static bool path_is_shown(const struct table_cursor *at, bool pressed)
 	(void)at;
 	set_pin("joint.%02u.enable", 0, 1);
 	*axis = (struct pokeys_axis){ .mode = POKEYS_AXIS_BUFFERED, .enabled = 1 };
-	drive_periods(&drive, 2);	/* it has arrived */
+	drive_periods(&drive, 2); /* it has arrived */
 	axis->delayed = 77;
 	drive_periods(&drive, 2);
 	return (drive.rig.values.joint[0].pos_fb != 0) == pressed;
@@ -227,35 +227,57 @@ static bool path_is_shown(const struct table_cursor *at, bool pressed)
 
 static const struct in_driver drivers[] = {
 	BY("motion-type", path_is_shown),
-	BY("emergency-stop", emergency_stops), BY("joint.%02u.motion-homed", it_was_homed),
-	BY("machine-is-on", machine_is_on), BY("engine.limit-override", limits_are_overridden),
-	BY("engine.clear-fault", fault_is_cleared), BY("counter.reset", counters_are_reset),
-	BY("joint.%02u.home", joint_is_homed), BY("homing.cancel", homing_is_cancelled),
-	BY("probe.start", probing_is_begun), BY("probe.cancel", probing_is_ended),
+	BY("emergency-stop", emergency_stops),
+	BY("joint.%02u.motion-homed", it_was_homed),
+	BY("machine-is-on", machine_is_on),
+	BY("engine.limit-override", limits_are_overridden),
+	BY("engine.clear-fault", fault_is_cleared),
+	BY("counter.reset", counters_are_reset),
+	BY("joint.%02u.home", joint_is_homed),
+	BY("homing.cancel", homing_is_cancelled),
+	BY("probe.start", probing_is_begun),
+	BY("probe.cancel", probing_is_ended),
 	BY("joint.%02u.probe-target", target_is_known),
-	BY("threading.prepare", threading_is_asked), BY("threading.force", threading_is_asked),
-	BY("threading.arm", threading_is_asked), BY("threading.release", threading_is_asked),
+	BY("threading.prepare", threading_is_asked),
+	BY("threading.force", threading_is_asked),
+	BY("threading.arm", threading_is_asked),
+	BY("threading.release", threading_is_asked),
 	BY("threading.cancel", threading_is_asked),
-	BY("engine.mpg-jog", wheels_are_let_go), BY("config.save", settings_are_saved),
-	BY("encoder.%02u.reset", encoder_is_held), BY("encoder.%02u.set", counter_is_set),
-	BY("encoder.%02u.set-value", value_is_known), BY("heater.%02u.reset", heater_is_reset),
-	BY("encoder.%02u.index-enable", index_is_armed), BY("rtc.set", date_is_judged),
-	BY("rtc.set-sec", is_a_part_of_the_date), BY("rtc.set-min", is_a_part_of_the_date),
-	BY("rtc.set-hour", is_a_part_of_the_date), BY("rtc.set-dom", is_a_part_of_the_date),
-	BY("rtc.set-month", is_a_part_of_the_date), BY("rtc.set-year", is_a_part_of_the_date),
-	BITS("pin.%02u.out", digital_out), BITS("PoExtBus.%02u.out", poextbus),
-	{ .name = "PoRelay8.%02u.relay-%u", AT(poextbus[9]), .units = 1, .raw = 1,
-	  .stride = -1 },
-	BITS("external.%02u.out", external_outputs), BITS("external-relay.%02u.out", relays),
+	BY("engine.mpg-jog", wheels_are_let_go),
+	BY("config.save", settings_are_saved),
+	BY("encoder.%02u.reset", encoder_is_held),
+	BY("encoder.%02u.set", counter_is_set),
+	BY("encoder.%02u.set-value", value_is_known),
+	BY("heater.%02u.reset", heater_is_reset),
+	BY("encoder.%02u.index-enable", index_is_armed),
+	BY("rtc.set", date_is_judged),
+	BY("rtc.set-sec", is_a_part_of_the_date),
+	BY("rtc.set-min", is_a_part_of_the_date),
+	BY("rtc.set-hour", is_a_part_of_the_date),
+	BY("rtc.set-dom", is_a_part_of_the_date),
+	BY("rtc.set-month", is_a_part_of_the_date),
+	BY("rtc.set-year", is_a_part_of_the_date),
+	BITS("pin.%02u.out", digital_out),
+	BITS("PoExtBus.%02u.out", poextbus),
+	{ .name = "PoRelay8.%02u.relay-%u", AT(poextbus[9]), .units = 1, .raw = 1, .stride = -1 },
+	BITS("external.%02u.out", external_outputs),
+	BITS("external-relay.%02u.out", relays),
 	BITS("kbd48CNC.%02u.LED", kbd48_leds),
-	{ .name = "PoNET.%02u.out-%u", AT(ponet_data[0]), .size = 4, .inner_stride = 4,
-	  .stride = SIZE(ponet_data[0]), .units = 77777, .raw = 77777 },
+	{ .name = "PoNET.%02u.out-%u",
+	  AT(ponet_data[0]),
+	  .size = 4,
+	  .inner_stride = 4,
+	  .stride = SIZE(ponet_data[0]),
+	  .units = 77777,
+	  .raw = 77777 },
 	EACH("pwm.%02u.value", pwm_duty, , 0.25, 625, .with = "pwm.%02u.enable"),
 	BY("pwm.%02u.enable", channel_is_enabled),
 	EACH("heater.%02u.target", heater_target, , 60.5, 60.5, .is_float = true),
-	BY("servo.%02u.reset", servo_is_reset), BY("servo.%02u.home", servo_is_homed),
+	BY("servo.%02u.reset", servo_is_reset),
+	BY("servo.%02u.home", servo_is_homed),
 	BY("servo.%02u.pos-cmd", position_is_sent),
-	BY("servo.%02u.vel-cmd", velocity_is_sent), EACH("servo.%02u.enable", servo, .enable, 1, 1),
+	BY("servo.%02u.vel-cmd", velocity_is_sent),
+	EACH("servo.%02u.enable", servo, .enable, 1, 1),
 	EACH("joint.%02u.enable", axis, .enable, 1, 1),
 	EACH("joint.%02u.pos-cmd", axis, .position, 12.5, 5000),
 	EACH("joint.%02u.vel-cmd", axis, .velocity, 2, 800, .is_float = true),

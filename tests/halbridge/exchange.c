@@ -381,8 +381,8 @@ static void no_factor_makes_an_infinity(void **state)
 		}
 		for (int period = 0; period < 9; period++) {
 			for (unsigned int k = 0; k < POKEYS_ENCODERS; k++)
-				rig.daemon.encoder[k] =
-					(int32_t)((uint32_t)rig.daemon.encoder[k] + (1u << 28));
+				rig.daemon.encoder[k] = (int32_t)((uint32_t)rig.daemon.encoder[k] +
+								  (1u << 28));
 			for (unsigned int k = 0; k < POKEYS_AXES; k++)
 				rig.daemon.engine.axis[k].position = INT32_MAX;
 			rig_period(&rig);

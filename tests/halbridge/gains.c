@@ -39,9 +39,9 @@ static bool is_refused(const struct pokeys_one_shot *shot)
 	const struct pokeys_servo *servo = &rig.daemon.servo[X];
 	const float other = shot->mask == POKEYS_GAIN_P ? servo->i : servo->p;
 
-	return refuses || (shot->operation == POKEYS_ONE_SHOT_SERVO_GAIN &&
-			   shot->mask <= POKEYS_GAIN_I && !(shot->parameter[0] > 0) &&
-			   !(other > 0));
+	return refuses ||
+	       (shot->operation == POKEYS_ONE_SHOT_SERVO_GAIN && shot->mask <= POKEYS_GAIN_I &&
+		!(shot->parameter[0] > 0) && !(other > 0));
 }
 
 /* Periods of a daemon that does what it is asked for. */
@@ -62,7 +62,8 @@ static void run(unsigned int periods)
 				*gain_of(shot) = shot->parameter[0];
 			rig.daemon.one_shot[id % POKEYS_ONE_SHOT_RESULTS] =
 				(struct pokeys_one_shot_result){
-					.id = id, .operation = shot->operation,
+					.id = id,
+					.operation = shot->operation,
 					.outcome = refused ? POKEYS_OUTCOME_REFUSED :
 							     POKEYS_OUTCOME_DONE,
 				};
@@ -74,10 +75,16 @@ static void run(unsigned int periods)
 static void configure(void)
 {
 	rig.daemon.servo[X] = (struct pokeys_servo){
-		.state = POKEYS_SERVO_OFF, .p = 0.3f, .d = 0.01f, .velocity_gain = 0.02f,
+		.state = POKEYS_SERVO_OFF,
+		.p = 0.3f,
+		.d = 0.01f,
+		.velocity_gain = 0.02f,
 	};
 	rig.daemon.heater[BED] = (struct pokeys_heater){
-		.state = POKEYS_HEATER_OFF, .p = 22.2f, .i = 1.08f, .d = 114,
+		.state = POKEYS_HEATER_OFF,
+		.p = 22.2f,
+		.i = 1.08f,
+		.d = 114,
 	};
 }
 

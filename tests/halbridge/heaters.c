@@ -35,7 +35,7 @@ static void only_heaters_that_there_are_are_commanded(void **state)
 	assert_true(rig.values.input_refused);
 	rig_expect_note(&rig, TABLE_HEATERS,
 			"pokeys.0.heater.00.target = 60: has no effect: pokeysd.conf has no such "
-		    "heater");
+			"heater");
 	/* of the next daemon, too */
 	rig.daemon.epoch++;
 	rig.daemon.heater[BED].state = POKEYS_HEATER_NONE;
@@ -55,7 +55,8 @@ static void a_target_that_is_no_number_is_off(void **state)
 	assert_true(command->heater_target[BED] == 0);
 	assert_int_equal(command->heater_mask, 0);
 	assert_true(rig.values.input_refused);
-	rig_expect_note(&rig, TABLE_HEATERS, "not a finite number; the heater is off until 0 "
+	rig_expect_note(&rig, TABLE_HEATERS,
+			"not a finite number; the heater is off until 0 "
 			"was commanded");
 	bed->target = 61;
 	rig_period(&rig);
@@ -100,7 +101,8 @@ static void a_fault_is_a_bit_and_a_code_and_is_reset_once(void **state)
 	assert_int_equal(command->one_shot[0].operation, POKEYS_ONE_SHOT_HEATER_RESET);
 	assert_int_equal(command->one_shot[0].index, BED);
 	rig.daemon.one_shot[0] = (struct pokeys_one_shot_result){
-		.operation = POKEYS_ONE_SHOT_HEATER_RESET, .outcome = POKEYS_OUTCOME_REFUSED,
+		.operation = POKEYS_ONE_SHOT_HEATER_RESET,
+		.outcome = POKEYS_OUTCOME_REFUSED,
 	};
 	rig.daemon.one_shot_ack = 1;
 	rig_periods(&rig, 2);

@@ -14,8 +14,8 @@
 static struct rig rig;
 static struct home_plan plan;
 static struct home_result seen;
-static uint32_t answered;		/* one-shots the made-up daemon has done */
-static unsigned int work[JOINTS];	/* periods until this axis has found its switch */
+static uint32_t answered;         /* one-shots the made-up daemon has done */
+static unsigned int work[JOINTS]; /* periods until this axis has found its switch */
 static unsigned int left[JOINTS];
 static bool refuse, deaf;
 
@@ -73,7 +73,8 @@ static void daemon_and_device(void)
 
 		rig.daemon.one_shot[answered % POKEYS_ONE_SHOT_RESULTS] =
 			(struct pokeys_one_shot_result){
-				.id = answered, .operation = shot->operation,
+				.id = answered,
+				.operation = shot->operation,
 				.outcome = refuse ? POKEYS_OUTCOME_REFUSED : POKEYS_OUTCOME_DONE,
 			};
 		if (!refuse)
@@ -105,7 +106,7 @@ static void period(void)
 	rig_daemon(&rig);
 	rig_read(&rig);
 	for (unsigned int i = 0; i < JOINTS; i++)
-		rig.values.joint[i].pos_cmd = rig.values.joint[i].pos_fb;	/* as motion does */
+		rig.values.joint[i].pos_cmd = rig.values.joint[i].pos_fb; /* as motion does */
 	rig_write(&rig);
 	daemon_and_device();
 }
@@ -194,7 +195,7 @@ static void a_refusal_fails_and_lets_go(void **state)
 	assert_int_equal(seen.done, 0);
 	period();
 	assert_int_equal(rig.values.legacy.axis[2].command, LEGACY_HOME_IDLE);
-	assert_int_equal(plan.wanted, 0);	/* the other sequence does not begin */
+	assert_int_equal(plan.wanted, 0); /* the other sequence does not begin */
 }
 
 static void a_device_that_stops_fails_the_whole_group(void **state)
@@ -208,7 +209,7 @@ static void a_device_that_stops_fails_the_whole_group(void **state)
 	until_done(2000);
 	assert_int_equal(seen.failed, 0x02);
 	assert_int_equal(seen.done, 0);
-	assert_int_equal(rig.daemon.engine.axis[0].state, 1);	/* was cancelled */
+	assert_int_equal(rig.daemon.engine.axis[0].state, 1); /* was cancelled */
 }
 
 static void a_handshake_has_a_short_time_limit_a_search_a_long_one(void **state)
@@ -231,9 +232,9 @@ static void a_handshake_has_a_short_time_limit_a_search_a_long_one(void **state)
 static void every_stage_ends_by_itself(void **state)
 {
 	static const uint8_t lasts[HOME_STAGES] = {
-		[HOME_STAGE_ASKED] = 1, [HOME_STAGE_SEARCH] = 12, [HOME_STAGE_FOUND] = 3,
-		[HOME_STAGE_FINISH] = 3, [HOME_STAGE_ARM] = 4, [HOME_STAGE_ARMED] = 18,
-		[HOME_STAGE_MOVE] = 19, [HOME_STAGE_GIVE_UP] = 12,
+		[HOME_STAGE_ASKED] = 1,  [HOME_STAGE_SEARCH] = 12,  [HOME_STAGE_FOUND] = 3,
+		[HOME_STAGE_FINISH] = 3, [HOME_STAGE_ARM] = 4,      [HOME_STAGE_ARMED] = 18,
+		[HOME_STAGE_MOVE] = 19,  [HOME_STAGE_GIVE_UP] = 12,
 	};
 
 	(void)state;
@@ -263,7 +264,7 @@ static void it_can_be_aborted_in_every_period(void **state)
 			assert_int_equal(rig.daemon.engine.axis[i].state, 1);
 		}
 		assert_int_equal(seen.failed, 0);
-		home_plan_ask(&plan, 0x03);	/* and begun again */
+		home_plan_ask(&plan, 0x03); /* and begun again */
 		until_done(1000);
 		assert_int_equal(seen.done & 0x03, 0x03);
 	}

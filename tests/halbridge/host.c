@@ -35,7 +35,7 @@ enum { DEVICES = 4 };
 
 struct field {
 	const char *name;
-	size_t offset, size, step;	/* step 0: no index; size 0: one bit, index counts bits */
+	size_t offset, size, step; /* step 0: no index; size 0: one bit, index counts bits */
 };
 
 #define PLAIN(name, member)	{ name, offsetof(struct pokeys_state, member),	\
@@ -48,19 +48,35 @@ struct field {
 				  sizeof(((struct pokeys_axis *)0)->member), 0 }
 
 static const struct field fields[] = {
-	BITS("in", digital_in), BITS("own", digital_out_owned), BITS("index", encoder_index),
-	EACH("analog", analog), EACH("encoder", encoder),
-	PLAIN("link", link), PLAIN("fault", fault), PLAIN("fault-count", fault_count),
-	PLAIN("flags", flags), PLAIN("missed", statistics.missed), PLAIN("serial", identity.serial),
-	PLAIN("hardware", identity.hardware), PLAIN("pins", capability.pins),
-	PLAIN("engine", engine.state), PLAIN("rtt", statistics.rtt_last_ns),
+	BITS("in", digital_in),
+	BITS("own", digital_out_owned),
+	BITS("index", encoder_index),
+	EACH("analog", analog),
+	EACH("encoder", encoder),
+	PLAIN("link", link),
+	PLAIN("fault", fault),
+	PLAIN("fault-count", fault_count),
+	PLAIN("flags", flags),
+	PLAIN("missed", statistics.missed),
+	PLAIN("serial", identity.serial),
+	PLAIN("hardware", identity.hardware),
+	PLAIN("pins", capability.pins),
+	PLAIN("engine", engine.state),
+	PLAIN("rtt", statistics.rtt_last_ns),
 };
 
 static const struct field axis_fields[] = {
-	AXIS("position", position), AXIS("reference", reference), AXIS("state", state),
-	AXIS("in-position", in_position), AXIS("error", error), AXIS("enabled", enabled),
-	AXIS("limit-minus", limit_minus), AXIS("limit-plus", limit_plus), AXIS("home", home),
-	AXIS("homed", homed), AXIS("soft-limit", soft_limit),
+	AXIS("position", position),
+	AXIS("reference", reference),
+	AXIS("state", state),
+	AXIS("in-position", in_position),
+	AXIS("error", error),
+	AXIS("enabled", enabled),
+	AXIS("limit-minus", limit_minus),
+	AXIS("limit-plus", limit_plus),
+	AXIS("home", home),
+	AXIS("homed", homed),
+	AXIS("soft-limit", soft_limit),
 };
 
 static struct pokeys_state state;

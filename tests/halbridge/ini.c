@@ -117,8 +117,9 @@ static void every_key_reaches_its_parameter(void **state)
 
 	(void)state;
 	for (size_t i = 0; i < ini_pokeys_key_count + ini_joint_key_count; i++) {
-		const struct ini_key *key = i < ini_pokeys_key_count ? &ini_pokeys_keys[i] :
-					    &ini_joint_keys[i - ini_pokeys_key_count];
+		const struct ini_key *key = i < ini_pokeys_key_count ?
+						    &ini_pokeys_keys[i] :
+						    &ini_joint_keys[i - ini_pokeys_key_count];
 		bool exists = false;
 
 		for (struct table_cursor at = table_walk(TABLE_LEGACY); table_next_row(&at);)
@@ -139,7 +140,8 @@ static void values_go_where_they_belong(void **state)
 			       "PEv2_EmergencyInput_invert = 0\nPEv2_EmergencyInputPolarity = 1\n"
 			       "PEv2_FilterProbeInput_1 = 3\nPEv2_FilterProbeSwitch_1 = 4\n"
 			       "PEv2_EnableHome_7 = yes\nPEv2_linked_joint_6 = 3\n"
-			       "[JOINT_3]\nSTEP_SCALE = -400.25\n[JOINT_6]\nSTEP_SCALE = 7\n"), 0);
+			       "[JOINT_3]\nSTEP_SCALE = -400.25\n[JOINT_6]\nSTEP_SCALE = 7\n"),
+			 0);
 	assert_int_equal(values.legacy.pin_set.function[54], 68);
 	assert_true(values.legacy.adcout[5].offset == -2.5);
 	assert_true(values.legacy.encoder[3].scale == 1e-3);
@@ -157,7 +159,8 @@ static void numbers_below_zero_are_taken_where_the_device_has_them(void **state)
 	assert_int_equal(apply("[POKEYS]\nPEv2_MPGjogMultiplier_1 = -3\n"
 			       "PEv2_SoftLimitMinimum_1 = -2147483648\n"
 			       "PEv2_SoftLimitMaximum_1 = -10\nPEv2_HomeBackOffDistance_1 = -20\n"
-			       "PEv2_SoftLimitMinimum_2 = 4294967286\n"), 0);
+			       "PEv2_SoftLimitMinimum_2 = 4294967286\n"),
+			 0);
 	assert_int_equal((int32_t)values.legacy.axis_set[1].mpg_multiplier, -3);
 	assert_int_equal((int32_t)values.legacy.axis_set[1].soft_minimum, INT32_MIN);
 	assert_int_equal((int32_t)values.legacy.axis_set[1].soft_maximum, -10);
@@ -167,7 +170,8 @@ static void numbers_below_zero_are_taken_where_the_device_has_them(void **state)
 	setup(NULL);
 	assert_int_equal(apply("[POKEYS]\nPEv2_MPGjogMultiplier_1 = -32769\n"
 			       "PEv2_SoftLimitMinimum_1 = -2147483649\n"
-			       "PEv2_MPGjogDivider_1 = -1\n"), 3);
+			       "PEv2_MPGjogDivider_1 = -1\n"),
+			 3);
 	assert_non_null(strstr(said, "must be a whole number from -32768 to 32767"));
 	assert_int_equal(values.legacy.axis_set[1].mpg_multiplier, 0);
 	assert_int_equal(values.legacy.axis_set[1].mpg_divider, 0);
@@ -191,8 +195,8 @@ static void a_key_may_set_a_pin(void **state)
 static void bad_values_leave_what_was(void **state)
 {
 	static const char *const bad[] = {
-		"Pin_0_Function = 256", "Pin_0_Function = -1", "Pin_0_Function = 1.5",
-		"Pin_0_Function =", "Pin_0_Function = 4x", "Pin_0_Function = nan",
+		"Pin_0_Function = 256",   "Pin_0_Function = -1",  "Pin_0_Function = 1.5",
+		"Pin_0_Function =",       "Pin_0_Function = 4x",  "Pin_0_Function = nan",
 		"Pin_0_Function = 1e999", "Pin_0_Function = yes",
 	};
 	char text[64], expected[64];
@@ -223,7 +227,8 @@ static void indices_that_do_not_exist_are_passed_over(void **state)
 {
 	(void)state;
 	assert_int_equal(apply("[POKEYS]\nPin_55_Function = 4\nPEv2_AxisEnabled_8 = 1\n"
-			       "PEv2_linked_joint_0 = 15\nencoder.29.scale = 2\n"), 0);
+			       "PEv2_linked_joint_0 = 15\nencoder.29.scale = 2\n"),
+			 0);
 	assert_int_equal(lines, 0);
 }
 
@@ -236,7 +241,8 @@ static void keys_that_nobody_reads_are_found(void **state)
 			       "PIN_3_function = 4\nPin_55_Function = 4\nPin__Function = 4\n"
 			       "PEv2_linked_joint_7 = 1\nencoder.24.macro_dirA = 1\n"
 			       "adcout_0_max_v = 5\nPEv2_AxisEnabeld_0 = 1\nPin_3_Functions = 4\n"
-			       "[JOINT_1]\nP = 1\n"), 0);
+			       "[JOINT_1]\nP = 1\n"),
+			 0);
 	assert_int_equal(ini_unknown(&file, &instance, list, sizeof(list)), 4);
 	assert_string_equal(list, "Pin_55_Function (line 6), Pin__Function (line 7), "
 				  "PEv2_AxisEnabeld_0 (line 11), Pin_3_Functions (line 12)");

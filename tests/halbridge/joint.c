@@ -34,9 +34,12 @@ static void commands_become_pulses(void **state)
 
 static void positions_are_rounded_to_the_nearest_pulse(void **state)
 {
-	static const struct { double units; int32_t pulses; } rows[] = {
-		{ 0.00249, 0 }, { 0.00251, 1 }, { -0.00249, 0 }, { -0.00251, -1 },
-		{ 1.0049, 201 }, { -1.0049, -201 },
+	static const struct {
+		double units;
+		int32_t pulses;
+	} rows[] = {
+		{ 0.00249, 0 },   { 0.00251, 1 },  { -0.00249, 0 },
+		{ -0.00251, -1 }, { 1.0049, 201 }, { -1.0049, -201 },
 	};
 
 	(void)state;
@@ -85,8 +88,8 @@ static void a_hundred_million_periods_do_not_drift(void **state)
 		off = axis->position - exact;
 		worst = llabs(off) > worst ? llabs(off) : worst;
 	}
-	assert_int_equal(axis->position, 35553);	/* 35553.3 */
-	assert_true(worst <= 1);	/* a tie may be rounded either way */
+	assert_int_equal(axis->position, 35553); /* 35553.3 */
+	assert_true(worst <= 1);                 /* a tie may be rounded either way */
 	assert_false(joint->refused);
 }
 
@@ -105,8 +108,9 @@ static void a_negative_scale_turns_both_ways(void **state)
 
 static void what_does_not_fit_never_reaches_the_image(void **state)
 {
-	static const double bad[] = { NAN, INFINITY, -INFINITY, 1e300, -1e300, 83886.083,
-				      -83886.083 };
+	static const double bad[] = {
+		NAN, INFINITY, -INFINITY, 1e300, -1e300, 83886.083, -83886.083
+	};
 
 	(void)state;
 	joint->pos_cmd = 10;
@@ -239,11 +243,11 @@ static void the_mode_is_the_parameters_else_the_devices(void **state)
 	(void)state;
 	rig.daemon.engine.axis[2].mode = POKEYS_AXIS_OFF;
 	rig_period(&rig);
-	assert_int_equal(axis->mode, POKEYS_AXIS_POSITION);	/* nothing is known */
+	assert_int_equal(axis->mode, POKEYS_AXIS_POSITION); /* nothing is known */
 	rig.daemon.engine.axis[2].mode = POKEYS_AXIS_BUFFERED;
 	rig_period(&rig);
 	assert_int_equal(axis->mode, POKEYS_AXIS_BUFFERED);
-	rig.values.set.axis[2].mode = POKEYS_AXIS_VELOCITY;	/* wished, and not there yet */
+	rig.values.set.axis[2].mode = POKEYS_AXIS_VELOCITY; /* wished, and not there yet */
 	rig_period(&rig);
 	assert_int_equal(axis->mode, POKEYS_AXIS_VELOCITY);
 	rig.values.set.axis[2].mode = 4;
@@ -284,7 +288,7 @@ static void an_axis_that_the_device_has_not_is_named(void **state)
 	joint->enable = true;
 	rig_period(&rig);
 	expect_line(TABLE_CANONICAL, "pokeys.0.joint.02.pos-cmd = 0: the device has no such axis, "
-		    "or it is not set up (axes, axis.N.mode)");
+				     "or it is not set up (axes, axis.N.mode)");
 	rig.daemon.engine.axis[2].mode = POKEYS_AXIS_POSITION;
 	rig_period(&rig);
 	assert_false(joint->refused);
@@ -303,7 +307,7 @@ static void the_older_name_is_told_where_there_is_no_other(void **state)
 	joint->enable = true;
 	rig_period(&rig);
 	expect_line(TABLE_LEGACY, "pokeys.0.PEv2.2.joint-pos-cmd = 0: the device has no such axis, "
-		    "or it is not set up (axes, axis.N.mode)");
+				  "or it is not set up (axes, axis.N.mode)");
 }
 
 static void a_speed_beyond_the_axis_is_refused_and_it_stands(void **state)
@@ -319,7 +323,7 @@ static void a_speed_beyond_the_axis_is_refused_and_it_stands(void **state)
 	rig_period(&rig);
 	assert_true(axis->velocity == 0);
 	expect_line(TABLE_CANONICAL, "pokeys.0.joint.02.vel-cmd = -10.1: above the maximum speed "
-		    "configured for this axis; the axis stops");
+				     "configured for this axis; the axis stops");
 }
 
 static void a_position_beyond_the_soft_limits_is_told(void **state)
@@ -336,7 +340,7 @@ static void a_position_beyond_the_soft_limits_is_told(void **state)
 	joint->pos_cmd = 5.01;
 	rig_period(&rig);
 	expect_line(TABLE_CANONICAL, "pokeys.0.joint.02.pos-cmd = 5.01: beyond the soft limits; "
-		    "the last good value stays in use");
+				     "the last good value stays in use");
 	/* outside already: the way back is free */
 	rig.daemon.engine.axis[2].position = 1200;
 	rig_period(&rig);

@@ -81,7 +81,8 @@ static void joints_wait_for_each_other(void **state)
 	assert_int_equal(homing(), 0x15);
 	/* homed, but the engine has not let go: the daemon would refuse the next */
 	rig.daemon.one_shot[0] = (struct pokeys_one_shot_result){
-		.operation = POKEYS_ONE_SHOT_HOME, .outcome = POKEYS_OUTCOME_DONE,
+		.operation = POKEYS_ONE_SHOT_HOME,
+		.outcome = POKEYS_OUTCOME_DONE,
 	};
 	rig_periods(&rig, 3);
 	assert_int_equal(command->one_shot_head, 1);

@@ -201,7 +201,7 @@ static void emergency_follows_its_pin_and_the_engine(void **state)
 	assert_int_equal(legacy->engine.emergency_step, 8);
 	legacy->engine_set.emergency_pin = 0;
 	rig.daemon.engine.state = 0;
-	rig.daemon.engine.emergency_pin = 62;	/* the device's own: pin 52 */
+	rig.daemon.engine.emergency_pin = 62; /* the device's own: pin 52 */
 	rig_period(&rig);
 	assert_int_equal(legacy->engine.emergency_step, 10);
 }
@@ -211,13 +211,13 @@ static void emergency_is_turned_around_as_it_was_if_chosen(void **state)
 {
 	(void)state;
 	legacy->choice.old_emergency = true;
-	rig_period(&rig);	/* no pin is set */
+	rig_period(&rig); /* no pin is set */
 	assert_true(legacy->engine.emergency && !legacy->engine.emergency_not);
 	rig.daemon.engine.emergency = 1;
 	rig_period(&rig);
 	assert_true(!legacy->engine.emergency && legacy->engine.emergency_not);
 	rig.daemon.engine.emergency = 0;
-	legacy->engine_set.emergency_pin = 52;	/* the device looks at it, not we */
+	legacy->engine_set.emergency_pin = 52; /* the device looks at it, not we */
 	rig.daemon.digital_in[51 / 8] |= 1u << 51 % 8;
 	rig_period(&rig);
 	assert_true(legacy->engine.emergency);
@@ -232,19 +232,19 @@ static void a_switch_is_true_when_tripped(void **state)
 	struct legacy_axis_settings *set = &legacy->axis_set[3];
 
 	(void)state;
-	set->limit_minus = true;	/* dedicated input */
+	set->limit_minus = true; /* dedicated input */
 	rig.daemon.engine.dedicated_limit_minus = 8;
 	rig_period(&rig);
 	assert_true(legacy->axis[3].limit_minus && !legacy->axis[3].limit_minus_not);
 	set->limit_minus_invert = true;
 	rig_period(&rig);
 	assert_true(!legacy->axis[3].limit_minus && legacy->axis[3].limit_minus_not);
-	set->limit_minus_pin = 5;	/* axis stands in state 0: the pin itself */
+	set->limit_minus_pin = 5; /* axis stands in state 0: the pin itself */
 	set->limit_minus_invert = false;
 	rig.daemon.digital_in[0] = 1u << 4;
 	rig_period(&rig);
 	assert_true(legacy->axis[3].limit_minus);
-	rig.daemon.engine.axis[3].state = 1;	/* from now on the device's word */
+	rig.daemon.engine.axis[3].state = 1; /* from now on the device's word */
 	rig_period(&rig);
 	assert_false(legacy->axis[3].limit_minus);
 	rig.daemon.engine.limit_minus = 8;
@@ -295,7 +295,7 @@ static void external_outputs_depend_on_the_board(void **state)
 	legacy->engine.output[2] = true;
 	rig_period(&rig);
 	assert_int_equal(command->external_outputs, 0x22);
-	rig.daemon.identity.hardware = 29;	/* a board without */
+	rig.daemon.identity.hardware = 29; /* a board without */
 	rig_period(&rig);
 	assert_int_equal(command->external_outputs, 0);
 	legacy->engine_set.extended = true;
@@ -329,8 +329,9 @@ static void analog_outputs_are_clamped_and_never_nan(void **state)
 	(void)state;
 	rig.daemon.pwm_period = 1000;
 	legacy->choice.adcout = true;
-	*value = (struct legacy_adcout){ .value = 20, .enable = true, .scale = 1, .full = 10,
-					 .low = 1, .high = 8 };
+	*value = (struct legacy_adcout){
+		.value = 20, .enable = true, .scale = 1, .full = 10, .low = 1, .high = 8
+	};
 	rig_period(&rig);
 	assert_int_equal(command->pwm_duty[0], 800);
 	value->value = -3;
@@ -362,7 +363,7 @@ static void encoders_have_a_factor(void **state)
 	legacy->choice.encoder_factor = true;
 	rig_period(&rig);
 	assert_true(fabs(rig.values.encoder[12].position - 400) < 1e-9);
-	legacy->choice.encoder_factor = false;		/* and nothing moves */
+	legacy->choice.encoder_factor = false; /* and nothing moves */
 	rig_period(&rig);
 	rig_period(&rig);
 	assert_true(fabs(rig.values.encoder[12].position - 25) < 1e-9);

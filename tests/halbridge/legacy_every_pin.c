@@ -57,22 +57,25 @@ MOVE(lost, drive.rig.device_silent = true; drive.rig.now_ns += 100 * RIG_MS; ret
 MOVE(there, return 1;)
 MOVE(unnamed, daemon_image->rtc.unnamed = 9; return 9;)
 MOVE(loops, daemon_image->rtc.second = 3; drive_periods(&drive, 5); return 6;)
-MOVE(last_minute, daemon_image->rtc.minute = 8; drive_period(&drive);
-     daemon_image->rtc.minute = 9; return 8;)
-MOVE(last_second, daemon_image->rtc.second = 8; drive_period(&drive);
-     daemon_image->rtc.second = 9; return 8;)
-MOVE(rate, daemon_image->rtc.second = 8; drive_periods(&drive, 100);
-     daemon_image->rtc.second = 9; return 1000;)
-MOVE(latency, set_pin("rtc.sec-ret", 0, 8); daemon_image->rtc.second = 8;
-     drive_periods(&drive, 3); return 0;)
+MOVE(last_minute, daemon_image->rtc.minute = 8; drive_period(&drive); daemon_image->rtc.minute = 9;
+     return 8;)
+MOVE(last_second, daemon_image->rtc.second = 8; drive_period(&drive); daemon_image->rtc.second = 9;
+     return 8;)
+MOVE(rate, daemon_image->rtc.second = 8; drive_periods(&drive, 100); daemon_image->rtc.second = 9;
+     return 1000;)
+MOVE(latency, set_pin("rtc.sec-ret", 0, 8); daemon_image->rtc.second = 8; drive_periods(&drive, 3);
+     return 0;)
 MOVE(encoder_age, daemon_image->t_encoder_ns = drive.rig.now_ns; return 2000;)
 MOVE(input_age, return 200;)
 MOVE(motion_age, return 100;)
 MOVE(count, daemon_image->encoder[i] = 77; return 77;)
 MOVE(position, legacy->encoder[i].scale = 0.5; daemon_image->encoder[i] = 77; return 38.5;)
-MOVE(turning, legacy->encoder[i].scale = 2;
-     for (int k = 0; k < 8; k++) { daemon_image->encoder[i] += 10; drive_period(&drive); }
-     daemon_image->encoder[i] += 10; return (double)NAN;)
+MOVE(
+	turning, legacy->encoder[i].scale = 2; for (int k = 0; k < 8; k++) {
+		daemon_image->encoder[i] += 10;
+		drive_period(&drive);
+	} daemon_image->encoder[i] += 10;
+	return (double)NAN;)
 MOVE(bus_rate, daemon_image->slow_millihertz[POKEYS_SLOW_POEXTBUS] = 123; return 123;)
 MOVE(ponet_rate, daemon_image->slow_millihertz[POKEYS_SLOW_PONET] = 123; return 123;)
 MOVE(bus_in, daemon_image->poextbus[9 - i / 8] ^= (uint8_t)(1u << (7 - i % 8)); return 1;)
@@ -81,8 +84,8 @@ MOVE(ponet_state, daemon_image->ponet_state = 10; return 10;)
 MOVE(ponet_data, daemon_image->ponet[i / 16].data[i % 16] = 99; return 99;)
 MOVE(light, daemon_image->kbd48_module = 2; daemon_image->ponet[2].light = 33; return 33;)
 MOVE(brightness, light(i); set_pin("kbd48CNC.%u.LED", 0, 1); return 255 - 33;)
-MOVE(brightness_before, brightness(i); drive_periods(&drive, 2);
-     daemon_image->ponet[2].light = 34; drive_periods(&drive, 2); return 255 - 33;)
+MOVE(brightness_before, brightness(i); drive_periods(&drive, 2); daemon_image->ponet[2].light = 34;
+     drive_periods(&drive, 2); return 255 - 33;)
 MOVE(button, daemon_image->kbd48_keys ^= UINT64_C(1) << i; return 1;)
 MOVE(pwm_step, daemon_image->pwm_duty[5 - i] = 44; return 44;)
 MOVE(pwm_on, daemon_image->pwm_enabled = 3; return 3;)
@@ -127,8 +130,8 @@ MOVE(reference_position, set_pin("PEv2.%u.joint-pos-cmd", i, 30); return 30;)
 MOVE(reference, AXIS(i).reference = 40; return 40;)
 MOVE(state, AXIS(i).state = 2; return 2;)
 MOVE(probe_position, AXIS(i).probe = 50; return 50;)
-MOVE(homing_status,
-     set_pin("PEv2.%u.AxesCommand", i, LEGACY_HOME_START); drive_period(&drive); return 1;)
+MOVE(homing_status, set_pin("PEv2.%u.AxesCommand", i, LEGACY_HOME_START); drive_period(&drive);
+     return 1;)
 MOVE(axis_position, AXIS(i).position = -60; return -60;)
 MOVE(limit_minus, legacy->axis_set[i].limit_minus = true;
      daemon_image->engine.dedicated_limit_minus ^= (uint8_t)(1u << i); return 1;)
@@ -148,54 +151,98 @@ MOVE(soft_limit, AXIS(i).soft_limit = 1; return 1;)
 #define PEV2(name_)	"PEv2.%u." name_
 
 static const struct driver shown[] = {
-	{ "enum-udp-dev", found }, { "deb.out", link_code }, { "err", lost },
-	{ "connected.udp", there }, { "alive", there }, { "connected", there },
-	{ "rtc.tmp", unnamed }, { "rtc.loopcount", loops }, { "rtc.lastmin", last_minute },
-	{ "rtc.lastsec", last_second }, { "rtc.loop-frequ", rate },
-	{ "rtc.hal-latency", latency }, { "encoder.deb.out", encoder_age },
-	{ "digin.deb.out", input_age }, { "PEv2.deb.out", motion_age },
-	{ "encoder.%u.count", count }, { "encoder.%u.position", position },
-	{ "encoder.%u.velocity", turning }, { "PoExtBus.deb.out", bus_rate },
-	{ "PoExtBus.%u.digin.%u.in", bus_in }, { "PoExtBus.%u.digin.%u.in_not", bus_in_not },
-	{ "PoNET.PoNETstatus", ponet_state }, { "PoNET.Deb.Out", ponet_rate },
-	{ "PoNET.%u.digin.%u.in", ponet_data }, { "kbd48CNC.lightValue", light },
-	{ "kbd48CNC.KeyBrightness", brightness }, { "kbd48CNC.prevBrightness", brightness_before },
-	{ "kbd48CNC.%u.Button", button }, { "adcout.%u.deb.out", pwm_step },
-	{ "adcout.%u.deb.setval", duty }, { "adcout.deb.outv", pwm_on },
-	{ "adcin.%u.value-raw", volts }, { "adcin.%u.value", volts },
-	{ "digin.%u.in", input }, { "digin.%u.in-not", input_not },
+	{ "enum-udp-dev", found },
+	{ "deb.out", link_code },
+	{ "err", lost },
+	{ "connected.udp", there },
+	{ "alive", there },
+	{ "connected", there },
+	{ "rtc.tmp", unnamed },
+	{ "rtc.loopcount", loops },
+	{ "rtc.lastmin", last_minute },
+	{ "rtc.lastsec", last_second },
+	{ "rtc.loop-frequ", rate },
+	{ "rtc.hal-latency", latency },
+	{ "encoder.deb.out", encoder_age },
+	{ "digin.deb.out", input_age },
+	{ "PEv2.deb.out", motion_age },
+	{ "encoder.%u.count", count },
+	{ "encoder.%u.position", position },
+	{ "encoder.%u.velocity", turning },
+	{ "PoExtBus.deb.out", bus_rate },
+	{ "PoExtBus.%u.digin.%u.in", bus_in },
+	{ "PoExtBus.%u.digin.%u.in_not", bus_in_not },
+	{ "PoNET.PoNETstatus", ponet_state },
+	{ "PoNET.Deb.Out", ponet_rate },
+	{ "PoNET.%u.digin.%u.in", ponet_data },
+	{ "kbd48CNC.lightValue", light },
+	{ "kbd48CNC.KeyBrightness", brightness },
+	{ "kbd48CNC.prevBrightness", brightness_before },
+	{ "kbd48CNC.%u.Button", button },
+	{ "adcout.%u.deb.out", pwm_step },
+	{ "adcout.%u.deb.setval", duty },
+	{ "adcout.deb.outv", pwm_on },
+	{ "adcin.%u.value-raw", volts },
+	{ "adcin.%u.value", volts },
+	{ "digin.%u.in", input },
+	{ "digin.%u.in-not", input_not },
 	{ "counter.%u.value", counter },
-	{ "PEv2.nrOfAxes", axes }, { "PEv2.maxPulseFrequency", khz },
-	{ "PEv2.bufferDepth", slots }, { "PEv2.slotTiming", slot_time },
-	{ "PEv2.PulseEngineActivated", activated }, { "PEv2.PulseEngineState", engine_state },
-	{ "PEv2.PulseEngineStateSetup", wanted_state }, { "PEv2.MiscInputStatus", misc },
-	{ "PEv2.digin.Misc-%u.in", misc_bit }, { "PEv2.digin.Misc-%u.in-not", misc_bit_not },
-	{ "PEv2.LimitOverride", override }, { "PEv2.digin.Probed.in", probed },
-	{ "PEv2.digin.Emergency.in", emergency }, { "PEv2.digin.Emergency.in-not", emergency_not },
-	{ "PEv2.deb.estop", emergency_step }, { "PEv2.AxisEnabledMask", enabled_mask },
-	{ "PEv2.AxisEnabledStatesMask", power_mask }, { "PEv2.ExternalRelayOutputs", relays },
-	{ "PEv2.ExternalOCOutputs", outputs }, { "PEv2.ProbeStatus", probe_status },
-	{ PEV2("deb.axxisout"), mode }, { PEV2("deb.ishoming"), homing },
-	{ PEV2("deb.inposition"), in_position }, { PEV2("deb.PosMode"), position_mode },
+	{ "PEv2.nrOfAxes", axes },
+	{ "PEv2.maxPulseFrequency", khz },
+	{ "PEv2.bufferDepth", slots },
+	{ "PEv2.slotTiming", slot_time },
+	{ "PEv2.PulseEngineActivated", activated },
+	{ "PEv2.PulseEngineState", engine_state },
+	{ "PEv2.PulseEngineStateSetup", wanted_state },
+	{ "PEv2.MiscInputStatus", misc },
+	{ "PEv2.digin.Misc-%u.in", misc_bit },
+	{ "PEv2.digin.Misc-%u.in-not", misc_bit_not },
+	{ "PEv2.LimitOverride", override },
+	{ "PEv2.digin.Probed.in", probed },
+	{ "PEv2.digin.Emergency.in", emergency },
+	{ "PEv2.digin.Emergency.in-not", emergency_not },
+	{ "PEv2.deb.estop", emergency_step },
+	{ "PEv2.AxisEnabledMask", enabled_mask },
+	{ "PEv2.AxisEnabledStatesMask", power_mask },
+	{ "PEv2.ExternalRelayOutputs", relays },
+	{ "PEv2.ExternalOCOutputs", outputs },
+	{ "PEv2.ProbeStatus", probe_status },
+	{ PEV2("deb.axxisout"), mode },
+	{ PEV2("deb.ishoming"), homing },
+	{ PEV2("deb.inposition"), in_position },
+	{ PEV2("deb.PosMode"), position_mode },
 	{ PEV2("deb.PosModeAct"), position_mode_active },
 	{ PEV2("deb.velmode-count"), velocity_moves },
-	{ PEV2("deb.posmode-count"), position_mode_active }, { PEV2("deb.doMove"), moves },
-	{ PEV2("deb.RefSpeed"), speed }, { PEV2("deb.RefPos"), reference_position },
-	{ PEV2("deb.RefPosSpeed"), reference }, { PEV2("AxesState"), state },
-	{ PEV2("ProbePosition"), probe_position }, { PEV2("HomingStatus"), homing_status },
+	{ PEV2("deb.posmode-count"), position_mode_active },
+	{ PEV2("deb.doMove"), moves },
+	{ PEV2("deb.RefSpeed"), speed },
+	{ PEV2("deb.RefPos"), reference_position },
+	{ PEV2("deb.RefPosSpeed"), reference },
+	{ PEV2("AxesState"), state },
+	{ PEV2("ProbePosition"), probe_position },
+	{ PEV2("HomingStatus"), homing_status },
 	{ PEV2("BacklashRegister"), back_register },
-	{ PEV2("CurrentPosition"), axis_position }, { PEV2("ReferencePositionSpeed"), reference },
+	{ PEV2("CurrentPosition"), axis_position },
+	{ PEV2("ReferencePositionSpeed"), reference },
 	{ PEV2("ReferencePosition"), reference_position },
-	{ PEV2("ReferenceSpeed"), speed_without_sign }, { PEV2("joint-pos-fb"), axis_position },
-	{ PEV2("digin.LimitN.in"), limit_minus }, { PEV2("digin.LimitN.in-not"), limit_minus_not },
+	{ PEV2("ReferenceSpeed"), speed_without_sign },
+	{ PEV2("joint-pos-fb"), axis_position },
+	{ PEV2("digin.LimitN.in"), limit_minus },
+	{ PEV2("digin.LimitN.in-not"), limit_minus_not },
 	{ PEV2("digin.LimitN.DedicatedInput"), limit_minus },
-	{ PEV2("digin.LimitP.in"), limit_plus }, { PEV2("digin.LimitP.in-not"), limit_plus_not },
+	{ PEV2("digin.LimitP.in"), limit_plus },
+	{ PEV2("digin.LimitP.in-not"), limit_plus_not },
 	{ PEV2("digin.LimitP.DedicatedInput"), limit_plus },
-	{ PEV2("digin.Home.in"), home }, { PEV2("digin.Home.in-not"), home_not },
-	{ PEV2("digin.Home.DedicatedInput"), home }, { PEV2("digin.Error.in"), error },
-	{ PEV2("digin.Error.in-not"), error_not }, { PEV2("digin.Probe.in"), probe },
-	{ PEV2("digin.Probe.in-not"), probe_not }, { PEV2("digin.SoftLimit.in"), soft_limit },
-	{ PEV2("digin.AxisEnabled.in"), moves }, { PEV2("digout.LimitOverride.out"), override },
+	{ PEV2("digin.Home.in"), home },
+	{ PEV2("digin.Home.in-not"), home_not },
+	{ PEV2("digin.Home.DedicatedInput"), home },
+	{ PEV2("digin.Error.in"), error },
+	{ PEV2("digin.Error.in-not"), error_not },
+	{ PEV2("digin.Probe.in"), probe },
+	{ PEV2("digin.Probe.in-not"), probe_not },
+	{ PEV2("digin.SoftLimit.in"), soft_limit },
+	{ PEV2("digin.AxisEnabled.in"), moves },
+	{ PEV2("digout.LimitOverride.out"), override },
 };
 
 /* They never had anything behind them, and have not now. */
@@ -232,7 +279,7 @@ BEFORE(final_move, drive.rig.exchange.legacy.home[i].phase = LEGACY_PHASE_MOVING
        legacy->axis_set[i].home_position = 9;)
 BEFORE(second, daemon_image->rtc.second = 8;)
 
-SEEN(machine_on, command->flags & POKEYS_COMMAND_MACHINE_ON)
+SEEN(machine_on, command->flags &POKEYS_COMMAND_MACHINE_ON)
 SEEN(latency_known, legacy->clock.second_back == 8)
 SEEN(encoder_held, drive.rig.values.encoder[i].count == 0)
 SEEN(index_armed, command->one_shot_head == 1 && command->one_shot[0].index == i)
@@ -242,7 +289,7 @@ SEEN(led, command->kbd48_leds == UINT64_C(1) << i)
 SEEN(analog, command->pwm_duty[5 - i] == 500)
 SEEN(digital, command->digital_out[i / 8] == 1u << i % 8)
 SEEN(apply, legacy->engine.apply)
-SEEN(overridden, command->flags & POKEYS_COMMAND_LIMIT_OVERRIDE)
+SEEN(overridden, command->flags &POKEYS_COMMAND_LIMIT_OVERRIDE)
 SEEN(emergency_out, command->digital_out[1] & 2)
 SEEN(external, command->external_outputs == ((const uint8_t[]){ 0x80, 0x01, 0x04, 0x02 })[i])
 SEEN(external_output, command->external_outputs == 8u << i)
@@ -270,8 +317,10 @@ static const struct effect effects[] = {
 	{ "encoder.%u.index-enable", 1, index_armed, choose },
 	{ "PoExtBus.%u.digout.%u.out", 1, bus_out, choose },
 	{ "PoNET.%u.digout.%u.out", 7, ponet_out, choose },
-	{ "kbd48CNC.%u.LED", 1, led, choose }, { "adcout.%u.value", 2.5, analog, analog_on },
-	{ "adcout.%u.enable", 1, analog, analog_value }, { "digout.%u.out", 1, digital, choose },
+	{ "kbd48CNC.%u.LED", 1, led, choose },
+	{ "adcout.%u.value", 2.5, analog, analog_on },
+	{ "adcout.%u.enable", 1, analog, analog_value },
+	{ "digout.%u.out", 1, digital, choose },
 	{ "PEv2.params.ApplyIniSettings", 1, apply, choose },
 	{ "PEv2.LimitOverrideSetup", 1, overridden, choose },
 	{ "PEv2.digout.Emergency.out", 1, emergency_out, emergency_pin },
@@ -286,7 +335,7 @@ static const struct effect effects[] = {
 	{ PEV2("BacklashWidth"), 9, play_wanted, choose },
 	{ PEV2("BacklashAcceleration"), 9, taking_up_wanted, choose },
 	{ PEV2("AxesCommand"), 1, home_command, choose },
-		{ PEV2("PositionSetup"), 9, preset, choose },
+	{ PEV2("PositionSetup"), 9, preset, choose },
 	{ PEV2("index-enable"), 1, index_kept, choose },
 	{ PEV2("joint-vel-cmd"), 9, velocity_command, drive_axis },
 	{ PEV2("joint-pos-cmd"), 9, position_command, drive_axis },
@@ -297,13 +346,22 @@ static const struct effect effects[] = {
 
 /* Shown only, or accepted without a function: setting them must change nothing. */
 static const char *const inert[] = {
-	"PEv2.LimitOverride", "PEv2.AxisEnabledMask",
-	PEV2("ProbePosition"), PEV2("HomingStatus"), PEV2("joint-out-home"),
+	"PEv2.LimitOverride",
+	"PEv2.AxisEnabledMask",
+	PEV2("ProbePosition"),
+	PEV2("HomingStatus"),
+	PEV2("joint-out-home"),
 	PEV2("joint-in-homing"),
-	PEV2("joint-in-position"), PEV2("joint-kb-jog-active"), PEV2("joint-wheel-jog-active"),
-	PEV2("stepgen.TYPE"), PEV2("params.Feedback-Encoder-Id"), PEV2("stepgen.DEADBAND"),
-	PEV2("stepgen.MAX-OUTPUT"), PEV2("stepgen.ENCODER-SCALE"),
-	PEV2("stepgen.HOME-IGNORE-LIMITS"), PEV2("BacklashRegister"),
+	PEV2("joint-in-position"),
+	PEV2("joint-kb-jog-active"),
+	PEV2("joint-wheel-jog-active"),
+	PEV2("stepgen.TYPE"),
+	PEV2("params.Feedback-Encoder-Id"),
+	PEV2("stepgen.DEADBAND"),
+	PEV2("stepgen.MAX-OUTPUT"),
+	PEV2("stepgen.ENCODER-SCALE"),
+	PEV2("stepgen.HOME-IGNORE-LIMITS"),
+	PEV2("BacklashRegister"),
 };
 
 static bool listed(const char *const *list, size_t count, const char *name)

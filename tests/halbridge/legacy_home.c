@@ -27,7 +27,8 @@ static void answer(enum pokeys_outcome outcome)
 
 	rig.daemon.one_shot_ack = id + 1;
 	rig.daemon.one_shot[id % POKEYS_ONE_SHOT_RESULTS] = (struct pokeys_one_shot_result){
-		.id = id, .operation = newest()->operation, .outcome = (uint8_t)outcome };
+		.id = id, .operation = newest()->operation, .outcome = (uint8_t)outcome
+	};
 	rig_period(&rig);
 }
 
@@ -297,7 +298,7 @@ static void what_came_of_masks_and_presets_is_counted(void **state)
 	assert_int_equal(rig.values.one_shot_failed_count, 1);
 	rig_end(&rig, head + 1, POKEYS_OUTCOME_DONE, POKEYS_TASK_RESULT_NONE);
 	assert_int_equal(rig.values.one_shot_failed_count, 1);
-	rig.daemon.epoch++;		/* it is not known whether the axis was homed */
+	rig.daemon.epoch++; /* it is not known whether the axis was homed */
 	rig_periods(&rig, 2);
 	assert_int_equal(rig.values.one_shot_failed_count, 2);
 	rig_periods(&rig, 20);

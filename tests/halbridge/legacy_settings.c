@@ -383,17 +383,17 @@ static void all_axes_are_enabled_once_something_is_set_up(void **state)
 	values.set.engine.axes = 0;
 	values.legacy.engine.axes = 8;
 	look();
-	assert_int_equal(values.set.engine.axes, 0);	/* nobody has set anything */
+	assert_int_equal(values.set.engine.axes, 0); /* nobody has set anything */
 	values.legacy.engine.axes = 0;
 	set->enabled = 1;
 	look();
-	assert_int_equal(values.set.engine.axes, 0);	/* the device is not known */
+	assert_int_equal(values.set.engine.axes, 0); /* the device is not known */
 	values.legacy.engine.axes = 8;
 	look();
 	assert_int_equal(values.set.engine.axes, 8);
 	values.set.engine.axes = 3;
 	look();
-	assert_int_equal(values.set.engine.axes, 3);	/* set by its canonical name */
+	assert_int_equal(values.set.engine.axes, 3); /* set by its canonical name */
 }
 
 int main(void)

@@ -60,10 +60,10 @@ static void what_is_zero_stays_as_the_device_has_it(void **state)
 	values.legacy.engine.apply = true;
 	look();
 	know_the_device();
-	own.axis_group[AXIS].put = false;	/* as after any change */
+	own.axis_group[AXIS].put = false; /* as after any change */
 	look();
 	assert_int_equal(device->invert, 1);
-	assert_int_equal(device->limit_neg, 0);	/* a switch that nobody has is none */
+	assert_int_equal(device->limit_neg, 0); /* a switch that nobody has is none */
 	assert_int_equal(device->enable_pin, 17);
 	assert_int_equal(device->enable_invert, 1);
 	assert_int_equal(device->home_filter, 20);
@@ -185,7 +185,7 @@ static void terminals_get_the_function_that_an_axis_needs(void **state)
 	function[28] = 130;
 	look();
 	assert_int_equal(function[27], 2);
-	assert_int_equal(function[28], 130);	/* an input that is inverted stays so */
+	assert_int_equal(function[28], 130); /* an input that is inverted stays so */
 	assert_int_equal(function[29], 2);
 	assert_int_equal(function[30], 4);
 	assert_int_equal(function[31], 0);

@@ -5,7 +5,7 @@
  */
 #include "tests/halbridge/rig.h"
 
-enum { PERIODS = 4000, RATE = 20 };	/* RATE: encoder counts in a period */
+enum { PERIODS = 4000, RATE = 20 }; /* RATE: encoder counts in a period */
 
 static struct rig rig;
 static struct values *const values = &rig.values;

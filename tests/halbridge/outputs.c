@@ -151,11 +151,11 @@ static void a_refusal_names_the_parameter_and_its_range(void **state)
 	assert_true(refusal_take(&rig.exchange.refusals, &note));
 	refusal_line(&note, "pokeys.0", TABLE_CANONICAL, line, sizeof(line));
 	assert_string_equal(line, "pokeys.0.pwm.03.scale = 0: must not be 0; the last good value "
-			    "stays in use");
+				  "stays in use");
 	assert_true(refusal_take(&rig.exchange.refusals, &note));
 	refusal_line(&note, "pokeys.0", TABLE_CANONICAL, line, sizeof(line));
 	assert_string_equal(line, "pokeys.0.pwm.04.max-dc = 1.5: must be 0 to 1; the old value "
-			    "stays in use");
+				  "stays in use");
 }
 
 static void assert_note(const char *expected)
@@ -205,7 +205,9 @@ static void an_output_that_drives_nothing_is_told_with_its_terminal(void **state
 static void an_output_is_judged_once_the_settings_are_there(void **state)
 {
 	static const uint8_t on_their_way[] = {
-		POKEYS_CONFIG_UNKNOWN, POKEYS_CONFIG_WAITING, POKEYS_CONFIG_APPLYING,
+		POKEYS_CONFIG_UNKNOWN,
+		POKEYS_CONFIG_WAITING,
+		POKEYS_CONFIG_APPLYING,
 	};
 
 	(void)state;

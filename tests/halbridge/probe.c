@@ -108,7 +108,7 @@ static void touching_nothing_is_an_error_of_its_own(void **state)
 static void contact_follows_the_terminal(void **state)
 {
 	(void)state;
-	assert_true(probe->contact);	/* active low, and the input is low */
+	assert_true(probe->contact); /* active low, and the input is low */
 	rig.daemon.digital_in[0] |= 1u << 2;
 	rig_period(&rig);
 	assert_false(probe->contact);
@@ -134,7 +134,7 @@ static void contact_follows_the_engines_input(void **state)
 	probe->engine_input = 0;
 	probe->active_high = false;
 	rig_period(&rig);
-	assert_false(probe->contact);	/* there is none: never a contact, whatever it is called */
+	assert_false(probe->contact); /* there is none: never a contact, whatever it is called */
 }
 
 /* The touch was shorter than a period: what the device has latched is one. */

@@ -25,10 +25,10 @@
 struct rig {
 	struct exchange exchange;
 	struct values values;
-	struct pokeys_state daemon;	/* what the daemon would publish */
+	struct pokeys_state daemon; /* what the daemon would publish */
 	uint64_t now_ns;
 	bool daemon_dead, device_silent;
-	bool unread;			/* the thread runs write alone */
+	bool unread; /* the thread runs write alone */
 };
 
 static inline void rig_init(struct rig *rig)
@@ -125,7 +125,8 @@ static inline void rig_end(struct rig *rig, uint32_t id, enum pokeys_outcome out
 			   enum pokeys_task_result result)
 {
 	rig->daemon.one_shot[id % POKEYS_ONE_SHOT_RESULTS] = (struct pokeys_one_shot_result){
-		.id = id, .outcome = (uint8_t)outcome,
+		.id = id,
+		.outcome = (uint8_t)outcome,
 		.operation = rig->exchange.command.one_shot[id % POKEYS_ONE_SHOTS].operation,
 	};
 	rig->daemon.one_shot_ack = id + 1;

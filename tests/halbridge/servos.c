@@ -219,19 +219,19 @@ static void a_button_begins_homing(void **state)
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
-		cmocka_unit_test_setup(
-			a_position_goes_through_whole_and_a_speed_of_0_is_not_known, setup),
+		cmocka_unit_test_setup(a_position_goes_through_whole_and_a_speed_of_0_is_not_known,
+				       setup),
 		cmocka_unit_test_setup(only_motors_that_there_are_are_enabled, setup),
 		cmocka_unit_test_setup(a_button_begins_homing, setup),
 		cmocka_unit_test_setup(a_position_that_is_no_number_is_passed_on, setup),
 		cmocka_unit_test_setup(a_motor_that_does_not_follow_is_a_fault, setup),
-		cmocka_unit_test_setup(
-			one_that_could_not_be_enabled_stays_off_until_the_pin_falls, setup),
+		cmocka_unit_test_setup(one_that_could_not_be_enabled_stays_off_until_the_pin_falls,
+				       setup),
 		cmocka_unit_test_setup(
 			a_daemon_that_is_gone_is_a_fault_of_a_motor_that_is_to_be_enabled, setup),
 		cmocka_unit_test(without_a_daemon_a_motor_that_is_to_be_enabled_is_a_fault),
-		cmocka_unit_test_setup(
-			one_that_does_not_exist_is_a_fault_when_it_is_to_be_enabled, setup),
+		cmocka_unit_test_setup(one_that_does_not_exist_is_a_fault_when_it_is_to_be_enabled,
+				       setup),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);

@@ -57,11 +57,22 @@ static unsigned int find(const char *wanted, unsigned int schemes, size_t *offse
 static bool is_told_about(const char *name)
 {
 	static const char *const parts[] = {
-		"failsafe.", "engine.backlash", "engine.postep", "joint.%02u.backlash-",
-		"joint.%02u.postep.", "synced-pwm.", "synced-out.", "rate.",
-		"threading.", "matrix.row-pin.", "matrix.column-pin.", "joint.%02u.limit-neg-d",
-		"encoder.%02u.set", "encoder.%02u.count-lost",
-		"joint.%02u.limit-pos-d", "joint.%02u.home-d",
+		"failsafe.",
+		"engine.backlash",
+		"engine.postep",
+		"joint.%02u.backlash-",
+		"joint.%02u.postep.",
+		"synced-pwm.",
+		"synced-out.",
+		"rate.",
+		"threading.",
+		"matrix.row-pin.",
+		"matrix.column-pin.",
+		"joint.%02u.limit-neg-d",
+		"encoder.%02u.set",
+		"encoder.%02u.count-lost",
+		"joint.%02u.limit-pos-d",
+		"joint.%02u.home-d",
 	};
 
 	for (size_t i = 0; i < sizeof(parts) / sizeof(parts[0]); i++) {
@@ -98,8 +109,8 @@ static void both_is_without_what_is_set_apart(void **state)
 		apart++;
 	}
 	assert_int_equal(failsafe, 5 + POKEYS_PINS + POKEYS_POEXTBUS + POKEYS_PWM);
-	assert_int_equal(table_name_count(TABLE_ALL) -
-			 table_name_count(TABLE_BOTH | TABLE_PONET | TABLE_HEATER | TABLE_SERVO),
+	assert_int_equal(table_name_count(TABLE_ALL) - table_name_count(TABLE_BOTH | TABLE_PONET |
+									TABLE_HEATER | TABLE_SERVO),
 			 apart);
 	assert_int_equal(find("pokeys.1.heater.06.target", TABLE_CANONICAL, &(size_t){ 0 }), 0);
 	assert_int_equal(find("pokeys.1.heater.06.target", TABLE_HEATERS, &(size_t){ 0 }), 1);
@@ -147,7 +158,8 @@ static void two_indices_lead_to_their_member(void **state)
 static void a_name_too_long_for_hal_is_refused(void **state)
 {
 	const struct table_row row = {
-		.name = "name.as.long.as.hal.will.take.it.%02u.xx", .count = 101,
+		.name = "name.as.long.as.hal.will.take.it.%02u.xx",
+		.count = 101,
 	};
 	char name[TABLE_NAME_MAX + 1];
 
@@ -176,10 +188,11 @@ static void no_member_is_forgotten(void **state)
 {
 	(void)state;
 	/* at most 7 bytes of padding a struct, the arrays' 56th pin, two slow groups, the end */
-	assert_in_range(unbound(), 0, 5 * 2 + 3 * 8 + 4 + 32 + VALUES_TOUCHED * 8 +
-			5 * POKEYS_SERVOS +
-			7 * (12 + POKEYS_ANALOG + POKEYS_PWM + 2 * POKEYS_AXES) +
-			4 * (POKEYS_ENCODERS + POKEYS_PONET + LEGACY_ENCODERS + 2 * POKEYS_AXES));
+	assert_in_range(unbound(), 0,
+			5 * 2 + 3 * 8 + 4 + 32 + VALUES_TOUCHED * 8 + 5 * POKEYS_SERVOS +
+				7 * (12 + POKEYS_ANALOG + POKEYS_PWM + 2 * POKEYS_AXES) +
+				4 * (POKEYS_ENCODERS + POKEYS_PONET + LEGACY_ENCODERS +
+				     2 * POKEYS_AXES));
 }
 
 /* Rows on one member are of one size and kind, and have one initial value. */

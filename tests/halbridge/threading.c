@@ -32,7 +32,8 @@ static void press(bool *pin)
 static void outcome(uint32_t id, enum pokeys_outcome how)
 {
 	rig.daemon.one_shot[id % POKEYS_ONE_SHOT_RESULTS] = (struct pokeys_one_shot_result){
-		.id = id, .outcome = (uint8_t)how,
+		.id = id,
+		.outcome = (uint8_t)how,
 		.operation = command->one_shot[id % POKEYS_ONE_SHOTS].operation,
 	};
 	rig.daemon.one_shot_ack = id + 1;
@@ -42,8 +43,8 @@ static void outcome(uint32_t id, enum pokeys_outcome how)
 static void each_edge_is_one_request(void **state)
 {
 	bool *const pins[] = {
-		&threading->prepare, &threading->force, &threading->arm, &threading->release,
-		&threading->cancel,
+		&threading->prepare, &threading->force,  &threading->arm,
+		&threading->release, &threading->cancel,
 	};
 
 	(void)state;

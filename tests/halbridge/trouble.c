@@ -138,8 +138,7 @@ int main(void)
 		cmocka_unit_test_setup(an_axis_that_is_not_there_has_no_error, setup),
 		cmocka_unit_test_setup(a_device_that_refuses_its_settings_is_not_lost, setup),
 		cmocka_unit_test_setup(before_the_first_connection_nothing_is_counted, setup),
-		cmocka_unit_test_setup(the_emergency_stop_goes_to_the_daemon_whatever_else,
-				       setup),
+		cmocka_unit_test_setup(the_emergency_stop_goes_to_the_daemon_whatever_else, setup),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);

@@ -101,7 +101,7 @@ static void jitter_of_the_stamps_is_averaged(void **state)
 
 static double ramp(double t)
 {
-	return t < 0 ? 0 : 250000 * t * t;	/* 500000 counts/s^2 */
+	return t < 0 ? 0 : 250000 * t * t; /* 500000 counts/s^2 */
 }
 
 static void acceleration_is_followed_within_a_few_samples(void **state)

@@ -45,7 +45,7 @@ static void check_refused(struct wish_item *item, double value)
 
 	rig_set(item, value);
 	if (rig_parameter(item) == shown || (isnan(value) && isnan(item->name->initial)))
-		return;		/* not another value, or: give it back */
+		return; /* not another value, or: give it back */
 	assert_false(rig_look());
 	assert_false(rig_look());
 	if (refusals != count + 1 || refused != item)
@@ -72,7 +72,8 @@ static void what_is_out_of_range_is_refused_once_and_the_old_value_stays(void **
 			check_refused(item, item->name->high * 1.01 + 1);
 		if (real || item->name->low > INT32_MIN)
 			check_refused(item, item->name->low < 0 ? item->name->low * 1.01 - 1 :
-					    real ? -1 : -2);
+					    real                ? -1 :
+								  -2);
 		if (real)
 			check_refused(item, (double)INFINITY);
 	}
@@ -187,8 +188,8 @@ int main(void)
 		cmocka_unit_test_setup(nothing_is_wished_before_the_device_is_known, rig_setup),
 		cmocka_unit_test_setup(knowing_a_device_shows_its_settings_and_wishes_none,
 				       rig_setup),
-		cmocka_unit_test_setup(
-			what_is_out_of_range_is_refused_once_and_the_old_value_stays, rig_setup),
+		cmocka_unit_test_setup(what_is_out_of_range_is_refused_once_and_the_old_value_stays,
+				       rig_setup),
 		cmocka_unit_test_setup(values_between_that_mean_nothing_are_refused, rig_setup),
 		cmocka_unit_test_setup(multiplier_of_minus_one_is_a_multiplier, rig_setup),
 		cmocka_unit_test_setup(minus_one_gives_a_setting_back_to_the_device, rig_setup),

@@ -58,8 +58,8 @@ static inline void rig_know(void)
 
 static inline double rig_parameter(const struct wish_item *item)
 {
-	return table_get(item->name, (unsigned char *)&values +
-			 table_offset(item->name, item->index));
+	return table_get(item->name,
+			 (unsigned char *)&values + table_offset(item->name, item->index));
 }
 
 static inline void rig_set(const struct wish_item *item, double value)

@@ -12,7 +12,7 @@ static struct values values;
 static struct pokeys_report daemon_report;
 static struct pokeys_wish sent;
 static unsigned int sendings;
-static int attached;		/* 0, or what both calls return */
+static int attached; /* 0, or what both calls return */
 static char line[256];
 
 static pokeys_client *const client = (pokeys_client *)&attached;
@@ -40,7 +40,8 @@ int pokeys_client_read_diag(pokeys_client *from, struct pokeys_diag *out)
 	assert_ptr_equal(from, client);
 	if (!attached)
 		*out = (struct pokeys_diag){
-			.cycles_skipped = 5, .wakeup = { .sum_ns = 2000, .max_ns = 9000 },
+			.cycles_skipped = 5,
+			.wakeup = { .sum_ns = 2000, .max_ns = 9000 },
 			.round_trip = { .sum_ns = 300000, .max_ns = 900000 },
 			.fresh = { .sum_ns = 400000, .max_ns = 800000 },
 		};
@@ -73,7 +74,9 @@ static int setup(void **state)
 	memset(&values, 0, sizeof(values));
 	table_set_parameters(&values);
 	daemon_report = (struct pokeys_report){
-		.epoch = 5, .count = 1, .state = POKEYS_CONFIG_APPLIED,
+		.epoch = 5,
+		.count = 1,
+		.state = POKEYS_CONFIG_APPLIED,
 	};
 	attached = 0;
 	sendings = 0;
@@ -148,12 +151,12 @@ static void a_refusal_names_the_parameter_and_its_range(void **state)
 	values.set.axis[3].homing_speed = 300;
 	rounds(7, 1);
 	assert_string_equal(line, "pokeys.2.joint.03.homing-speed = 300: must be 0 to 100; "
-			    "the old value stays in use");
+				  "the old value stays in use");
 	values.set.axis[3].homing_speed = -1;
 	values.set.encoder[1].sampling = 3;
 	rounds(7, 1);
 	assert_string_equal(line, "pokeys.2.encoder.01.sampling = 3: must be 0, 1, 2 or 4; "
-			    "the old value stays in use");
+				  "the old value stays in use");
 }
 
 static void the_daemons_lateness_is_shown_and_kept(void **state)

@@ -10,13 +10,25 @@
 #define SECOND 1e9
 
 const struct servo_config axis_config = {
-	.scale = 400, .least = -INFINITY, .most = INFINITY, .speed_most = 300, .speed_jump = 800,
+	.scale = 400,
+	.least = -INFINITY,
+	.most = INFINITY,
+	.speed_most = 300,
+	.speed_jump = 800,
 	.gains = { .p = 1, .i = 10, .d = 0.01, .velocity = 0.00262, .acceleration = 5.2e-5 },
-	.integral_most = 0.5, .output_most = 1, .smooth = 0.001,
-	.follow_least = 0.5, .follow_most = 2,
-	.stall_output = 0.9, .stall_move = 0.1, .stall_s = 0.2,
-	.silent_output = 0.2, .silent_s = 0.02,
-	.runaway_output = 0.1, .runaway_move = 0.2, .stale_ns = UINT64_C(5000000),
+	.integral_most = 0.5,
+	.output_most = 1,
+	.smooth = 0.001,
+	.follow_least = 0.5,
+	.follow_most = 2,
+	.stall_output = 0.9,
+	.stall_move = 0.1,
+	.stall_s = 0.2,
+	.silent_output = 0.2,
+	.silent_s = 0.02,
+	.runaway_output = 0.1,
+	.runaway_move = 0.2,
+	.stale_ns = UINT64_C(5000000),
 };
 
 void axis_init(struct axis *axis, const struct servo_config *config,
@@ -24,7 +36,8 @@ void axis_init(struct axis *axis, const struct servo_config *config,
 {
 	const char *why;
 
-	*axis = (struct axis){ .now_ns = UINT64_C(1000000000), .input = { .usable = true },
+	*axis = (struct axis){ .now_ns = UINT64_C(1000000000),
+			       .input = { .usable = true },
 			       .wish = { .alive = true } };
 	sim_motor_init(&axis->motor, motor);
 	why = servo_init(&axis->servo, config);

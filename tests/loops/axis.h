@@ -23,11 +23,11 @@ struct axis {
 	struct servo_input input;
 	struct servo_wish wish;
 	uint64_t now_ns;
-	bool silent;		/* no readings come */
-	int32_t count;		/* of the next reading */
+	bool silent;   /* no readings come */
+	int32_t count; /* of the next reading */
 	uint64_t count_ns;
 	double output;
-	double most;		/* greatest error since it was set to 0, units */
+	double most; /* greatest error since it was set to 0, units */
 };
 
 /* The gains fit the motor. */

@@ -29,9 +29,8 @@ static void each_kind_has_its_duties(void **state)
 	(void)state;
 	for (size_t i = 0; i < sizeof(outputs) / sizeof(outputs[0]); i++) {
 		const double limited = fmax(fmin(outputs[i], 1), -1);
-		struct drive_wires wires =
-			drive_step(&drive, &antiphase, outputs[i], true, true, 1);
-
+		struct drive_wires wires = drive_step(&drive, &antiphase, outputs[i], true, true,
+						      1);
 
 		assert_true(is(wires.duty[0], 0.5 + limited / 2) && wires.enable);
 		wires = drive_step(&drive, &two, outputs[i], true, true, 1);
@@ -51,8 +50,8 @@ static void off_is_nothing(void **state)
 		struct drive drive = { .reverse = false };
 
 		for (size_t i = 0; i < sizeof(outputs) / sizeof(outputs[0]); i++) {
-			const struct drive_wires wires =
-				drive_step(&drive, &config, outputs[i], false, true, i + 1);
+			const struct drive_wires wires = drive_step(&drive, &config, outputs[i],
+								    false, true, i + 1);
 
 			assert_true(is(wires.duty[0], nothing) && wires.duty[1] == 0);
 			assert_false(wires.enable);
@@ -65,7 +64,7 @@ static void off_is_nothing(void **state)
 /* The device of this test: it has what was sent, or what was sent before. */
 struct amplifier {
 	struct drive_wires has, sent;
-	uint64_t on_ns, changed_ns;	/* the PWM was on, the direction has changed */
+	uint64_t on_ns, changed_ns; /* the PWM was on, the direction has changed */
 	unsigned int changes, forward, reverse;
 };
 

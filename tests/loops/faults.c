@@ -433,14 +433,13 @@ static void a_sensor_that_is_stuck_or_drifts(void **state)
 
 /* What must not be: judged by what was done to it, and not by what it says of itself. */
 struct truth {
-	int broken, silent, unmanned;	/* periods in a row */
-	bool lost, fed;			/* in this period */
+	int broken, silent, unmanned; /* periods in a row */
+	bool lost, fed;               /* in this period */
 };
 
 static void no_power_while_something_is_wrong(const struct oven *oven, struct truth *truth)
 {
-	const bool ends = oven->heat.fault == SIM_HEAT_OPEN ||
-			  oven->heat.fault == SIM_HEAT_SHORT;
+	const bool ends = oven->heat.fault == SIM_HEAT_OPEN || oven->heat.fault == SIM_HEAT_SHORT;
 
 	truth->broken = ends && !oven->silent ? truth->broken + 1 : 0;
 	truth->silent = oven->silent ? truth->silent + 1 : 0;
@@ -459,8 +458,9 @@ static void disturb(struct oven *oven, struct truth *truth, struct sim_prng *prn
 {
 	if (sim_prng_chance(prng, 0.001)) {
 		sim_heat_break(&oven->heat,
-			       sim_prng_chance(prng, 0.7) ? SIM_HEAT_GOOD :
-			       (enum sim_heat_fault)sim_prng_below(prng, SIM_HEAT_OUT + 1));
+			       sim_prng_chance(prng, 0.7) ?
+				       SIM_HEAT_GOOD :
+				       (enum sim_heat_fault)sim_prng_below(prng, SIM_HEAT_OUT + 1));
 		oven->heat.drift = 20 * sim_prng_unit(prng) - 10;
 		oven->heat.config.watts = sim_prng_chance(prng, 0.8) ? 40 : 0;
 	}

@@ -131,8 +131,8 @@ static void other_gains_make_no_jump(void **state)
 	for (int seconds = 10; seconds < 120; seconds += 10) {
 		oven_run(&oven, 10);
 		before = oven.power;
-		assert_true(
-			heater_regain(&oven.heater, seconds % 20 ? &other : &heater_usual.gains));
+		assert_true(heater_regain(&oven.heater,
+					  seconds % 20 ? &other : &heater_usual.gains));
 		/* more than all of it, or less than nothing, the integral cannot make up for */
 		const bool can = oven.heater.pid.integral > 0 && oven.heater.pid.integral < 1;
 
@@ -265,7 +265,8 @@ static void who_commands_it_is_gone(void **state)
 	(void)state;
 	for (int hold = 0; hold < 3; hold++) {
 		config.lease_ns = hold == 2 ? UINT64_MAX :
-				  hold ? UINT64_C(5000000000) : HEATER_PERIOD_NS;
+				  hold      ? UINT64_C(5000000000) :
+					      HEATER_PERIOD_NS;
 		oven_init(&oven, &config, &sim_heat_hotend);
 		oven_warm(&oven, 200);
 		oven.commander = false;
@@ -521,7 +522,9 @@ static void a_power_that_comes_and_goes_hides_nothing(void **state)
 static void configurations_are_judged(void **state)
 {
 	static const struct sensor_config table = {
-		.kind = SENSOR_TABLE, .reference = 5, .count = 2,
+		.kind = SENSOR_TABLE,
+		.reference = 5,
+		.count = 2,
 		.points = { { 0.5, 0 }, { 4.5, 270 } },
 	};
 	struct heater_config config;

@@ -11,15 +11,15 @@
 #include "sim/prng.h"
 
 #define MS UINT64_C(1000000)
-enum { UNITS = 5 };	/* of the screw, in a turn */
+enum { UNITS = 5 }; /* of the screw, in a turn */
 
 /* The switch is pressed at and beyond this place of the screw. */
 static struct {
 	double at;
-	double direction;	/* 1: pressed above it */
-	bool stuck, cut, deaf;	/* always pressed; never; no readings */
-	bool limits;		/* it is the limit switch as well */
-	unsigned int bounce;	/* readings for which it bounces after each change */
+	double direction;      /* 1: pressed above it */
+	bool stuck, cut, deaf; /* always pressed; never; no readings */
+	bool limits;           /* it is the limit switch as well */
+	unsigned int bounce;   /* readings for which it bounces after each change */
 	bool pressed;
 	unsigned int bouncing;
 } contact;
@@ -29,7 +29,11 @@ static struct servo_home home;
 static struct servo_config motor;
 
 static const struct servo_home_config usual = {
-	.search = -50, .latch = 2, .acceleration = 1000, .offset = 10, .position = 20,
+	.search = -50,
+	.latch = 2,
+	.acceleration = 1000,
+	.offset = 10,
+	.position = 20,
 	.distance = 300,
 };
 
@@ -60,7 +64,8 @@ static void step(void)
 	const double speed = home.speed, before = home.path;
 	const enum servo_home_state state = home.state;
 	const struct servo_home_input input = {
-		.active = is_active(), .limit = contact.limits,
+		.active = is_active(),
+		.limit = contact.limits,
 		.read_ns = contact.deaf ? read_ns : axis.count_ns,
 	};
 	double jump;
@@ -76,8 +81,8 @@ static void step(void)
 			jump -= home.config.offset - home.edge;
 		assert_true(fabs(home.speed - speed) <= home.config.acceleration * 0.001001 * 3);
 		assert_true(fabs(home.speed) <= fabs(home.config.search) + 1e-9);
-		assert_true(fabs(jump) <= fabs(home.config.search) * 0.001001 +
-			    home.config.acceleration * 4e-6);
+		assert_true(fabs(jump) <=
+			    fabs(home.config.search) * 0.001001 + home.config.acceleration * 4e-6);
 	}
 	axis_step(&axis);
 	axis.wish = commanded;
@@ -198,12 +203,13 @@ static void any_speeds_and_switches_will_do(void **state)
 			.search = sim_prng_unit(&prng) < 0.5 ? search : -search,
 			.latch = fmax(search / (2 + sim_prng_unit(&prng) * 20), 0.2),
 			.acceleration = search / (0.02 + sim_prng_unit(&prng) * 0.4),
-			.offset = sim_prng_unit(&prng) * 40 - 20, .distance = 400,
+			.offset = sim_prng_unit(&prng) * 40 - 20,
+			.distance = 400,
 		};
 
 		config.latch = fmin(config.latch, 10);
-		config.position = config.offset - copysign(3 + sim_prng_unit(&prng) * 20,
-							   config.search);
+		config.position = config.offset -
+				  copysign(3 + sim_prng_unit(&prng) * 20, config.search);
 		begin_homing(&config, sim_prng_unit(&prng) * 60 - 30);
 		contact.bounce = (unsigned int)(sim_prng_unit(&prng) * 6);
 		/* where it closes is not better known than for as long as it bounces */

@@ -15,9 +15,7 @@ void oven_init(struct oven *oven, const struct heater_config *config,
 {
 	const char *why;
 
-	*oven = (struct oven){ .now_ns = UINT64_C(1000000000),
-			       .device = true,
-			       .commander = true };
+	*oven = (struct oven){ .now_ns = UINT64_C(1000000000), .device = true, .commander = true };
 	sim_heat_init(&oven->heat, heat, 20055);
 	why = heater_init(&oven->heater, config);
 	if (why)

@@ -19,10 +19,10 @@ struct oven {
 	struct sim_heat heat;
 	uint64_t now_ns;
 	double target;
-	bool device, commander, fan, silent;	/* silent: no readings come */
-	double power;		/* of the last step */
-	double energy;		/* joules since it was set to 0 */
-	double most, least;	/* of the sensor, since oven_mark() */
+	bool device, commander, fan, silent; /* silent: no readings come */
+	double power;                        /* of the last step */
+	double energy;                       /* joules since it was set to 0 */
+	double most, least;                  /* of the sensor, since oven_mark() */
 };
 
 void oven_init(struct oven *oven, const struct heater_config *config,

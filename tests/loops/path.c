@@ -22,8 +22,10 @@
 enum { X, Y, Z, AXES };
 
 static const struct path_config usual = {
-	.axes = AXES, .deviation = 0.01,
-	.axis = { { .speed = 100, .acceleration = 1000 }, { .speed = 100, .acceleration = 1000 },
+	.axes = AXES,
+	.deviation = 0.01,
+	.axis = { { .speed = 100, .acceleration = 1000 },
+		  { .speed = 100, .acceleration = 1000 },
 		  { .speed = 20, .acceleration = 200 } },
 };
 
@@ -188,7 +190,8 @@ static void curves_keep_to_the_acceleration(void **state)
 			const double angle = 2 * M_PI * i++ / pieces;
 
 			assert_int_equal(go(radius * cos(angle) - radius, radius * sin(angle), 0,
-					    100), PATH_TAKEN);
+					    100),
+					 PATH_TAKEN);
 		}
 		step();
 		fastest = fmax(fastest, path.speed);
@@ -420,13 +423,14 @@ static void a_pause_is_no_part_of_the_path(void **state)
 /* Random programs. */
 
 static struct sim_prng prng;
-static double corner[2 * PATH_MOVES][AXES];	/* the last ones that were commanded */
+static double corner[2 * PATH_MOVES][AXES]; /* the last ones that were commanded */
 static unsigned int corners;
 
 static double random_place(void)
 {
-	return sim_prng_unit(&prng) < 0.3 ? 0 : (sim_prng_unit(&prng) - 0.5) *
-	       (sim_prng_unit(&prng) < 0.5 ? 100 : 1);
+	return sim_prng_unit(&prng) < 0.3 ?
+		       0 :
+		       (sim_prng_unit(&prng) - 0.5) * (sim_prng_unit(&prng) < 0.5 ? 100 : 1);
 }
 
 /* Off the line between two points. */
@@ -524,7 +528,8 @@ static void assert_within_limits(const struct path *before, double seconds)
 	/* one corner in this cycle */
 	if (before->count == path.count + 1 && path.count)
 		assert_true(path.speed <= sqrt(last_corner_limit()) +
-			    path.move[path.first].acceleration * seconds + 1e-6);
+						  path.move[path.first].acceleration * seconds +
+						  1e-6);
 }
 
 static void add_randomly(void)

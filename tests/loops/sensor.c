@@ -90,8 +90,7 @@ static void platinum_is_that_of_the_standard(void **state)
 		config.pull_up = config.ohm * 4.7;
 		assert_null(sensor_init(&sensor, &config));
 		for (size_t i = 0; i < sizeof(table) / sizeof(table[0]); i++)
-			expect(&sensor,
-			       reading_of(config.pull_up, table[i][1] * config.ohm / 100),
+			expect(&sensor, reading_of(config.pull_up, table[i][1] * config.ohm / 100),
 			       table[i][0], 0.15);
 	}
 }
@@ -222,7 +221,9 @@ static void configurations_are_judged(void **state)
 static void its_range_is_known(void **state)
 {
 	static const struct sensor_config table = {
-		.kind = SENSOR_TABLE, .reference = 5, .count = 2,
+		.kind = SENSOR_TABLE,
+		.reference = 5,
+		.count = 2,
 		.points = { { 0.5, -40 }, { 4, 270 } },
 	};
 	struct sensor sensor;

@@ -140,7 +140,7 @@ static void it_holds_against_a_push(void **state)
 	axis_enable(&axis);
 	axis_run(&axis, 0.1);
 	axis.most = 0;
-	axis.motor.torque = 0.1;	/* 125 N at the screw */
+	axis.motor.torque = 0.1; /* 125 N at the screw */
 	axis_run(&axis, 1);
 	assert_true(axis.most < 0.1);
 	expect_there(0);
@@ -158,7 +158,7 @@ static void play_in_the_screw_is_no_oscillation(void **state)
 	struct servo_config config = axis_config;
 
 	(void)state;
-	motor.backlash = 0.1;	/* 0.08 mm */
+	motor.backlash = 0.1; /* 0.08 mm */
 	config.deadband = 0.1;
 	axis_init(&axis, &config, &motor);
 	axis_enable(&axis);
@@ -203,7 +203,7 @@ static void its_output_has_a_limit_that_does_not_wind_it_up(void **state)
 	config.follow_least = config.follow_most = 50;
 	axis_init(&axis, &config, &sim_motor_small);
 	axis_enable(&axis);
-	axis.wish.position = 40;	/* at once */
+	axis.wish.position = 40; /* at once */
 	for (int i = 0; i < 2000; i++) {
 		axis_step(&axis);
 		assert_true(fabs(axis.output) <= 0.4);
@@ -222,8 +222,13 @@ static void its_output_has_a_limit_that_does_not_wind_it_up(void **state)
 static void other_gains_make_no_jump(void **state)
 {
 	static const struct servo_gains bad[] = {
-		{ .p = NAN }, { .p = -1 }, { .p = 1, .i = INFINITY }, { .p = 1, .d = -1 },
-		{ .p = 1, .velocity = NAN }, { .p = 1, .acceleration = 1e7 }, { .d = 1 },
+		{ .p = NAN },
+		{ .p = -1 },
+		{ .p = 1, .i = INFINITY },
+		{ .p = 1, .d = -1 },
+		{ .p = 1, .velocity = NAN },
+		{ .p = 1, .acceleration = 1e7 },
+		{ .d = 1 },
 	};
 	const struct servo_gains stiff = { .p = 2, .d = 0.01 };
 	const struct servo_gains other = { .p = 0.7, .i = 5, .d = 0.006, .velocity = 0.001 };
@@ -324,8 +329,8 @@ static void it_is_enabled_only_where_it_is(void **state)
 		axis.wish.position = elsewhere[i];
 		axis_step(&axis);
 		assert_true(!axis.servo.enabled && axis.output == 0);
-		assert_int_equal(axis.servo.refusal, isfinite(elsewhere[i]) ? SERVO_ELSEWHERE :
-									      SERVO_NOT_READY);
+		assert_int_equal(axis.servo.refusal,
+				 isfinite(elsewhere[i]) ? SERVO_ELSEWHERE : SERVO_NOT_READY);
 		/* nor later, when the command comes by */
 		axis.wish.position = 0;
 		axis_run(&axis, 0.01);
@@ -414,25 +419,42 @@ static const struct {
 	const char *word;
 } refused[] = {
 #define BAD(member, value, word) { offsetof(struct servo_config, member), value, word }
-	BAD(scale, 0, "counts-per-unit"), BAD(scale, NAN, "counts-per-unit"),
+	BAD(scale, 0, "counts-per-unit"),
+	BAD(scale, NAN, "counts-per-unit"),
 	BAD(scale, INFINITY, "counts-per-unit"),
-	BAD(least, INFINITY, "min-position"), BAD(most, NAN, "min-position"),
-	BAD(speed_most, 0, "max-speed"), BAD(speed_most, 900, "impossible-speed"),
-	BAD(speed_jump, NAN, "max-speed"), BAD(deadband, -1, "deadband"),
-	BAD(deadband, 0.5, "deadband"), BAD(deadband, NAN, "deadband"),
-	BAD(output_most, 0, "max-output"), BAD(output_most, 1.1, "max-output"),
-	BAD(output_most, NAN, "max-output"), BAD(integral_most, -0.1, "max-integral"),
-	BAD(integral_most, 1.1, "max-integral"), BAD(smooth, -1, "smooth-s"),
-	BAD(smooth, NAN, "smooth-s"), BAD(follow_least, 0, "min-following-error"),
-	BAD(follow_most, 0.1, "max-following-error"), BAD(follow_most, NAN, "max-following-error"),
-	BAD(stall_output, 0, "stall-output"), BAD(stall_move, NAN, "stall-distance"),
-	BAD(runaway_output, 1, "runaway-output"), BAD(runaway_move, 0, "runaway-distance"),
-	BAD(gains.p, NAN, "pid-p"), BAD(gains.p, 2e6, "pid-p"),
+	BAD(least, INFINITY, "min-position"),
+	BAD(most, NAN, "min-position"),
+	BAD(speed_most, 0, "max-speed"),
+	BAD(speed_most, 900, "impossible-speed"),
+	BAD(speed_jump, NAN, "max-speed"),
+	BAD(deadband, -1, "deadband"),
+	BAD(deadband, 0.5, "deadband"),
+	BAD(deadband, NAN, "deadband"),
+	BAD(output_most, 0, "max-output"),
+	BAD(output_most, 1.1, "max-output"),
+	BAD(output_most, NAN, "max-output"),
+	BAD(integral_most, -0.1, "max-integral"),
+	BAD(integral_most, 1.1, "max-integral"),
+	BAD(smooth, -1, "smooth-s"),
+	BAD(smooth, NAN, "smooth-s"),
+	BAD(follow_least, 0, "min-following-error"),
+	BAD(follow_most, 0.1, "max-following-error"),
+	BAD(follow_most, NAN, "max-following-error"),
+	BAD(stall_output, 0, "stall-output"),
+	BAD(stall_move, NAN, "stall-distance"),
+	BAD(runaway_output, 1, "runaway-output"),
+	BAD(runaway_move, 0, "runaway-distance"),
+	BAD(gains.p, NAN, "pid-p"),
+	BAD(gains.p, 2e6, "pid-p"),
 	BAD(gains.velocity, -1, "velocity-gain"),
-	BAD(scale, 1e-310, "counts-per-unit"), BAD(scale, 1e8, "impossible-speed"),
-	BAD(speed_jump, 1e12, "impossible-speed"), BAD(follow_least, 0.009, "4 counts"),
-	BAD(stall_move, 1e-9, "4 counts"), BAD(runaway_move, 1e-9, "4 counts"),
-	BAD(silent_output, 0, "silent-output"), BAD(silent_s, NAN, "silent-s"),
+	BAD(scale, 1e-310, "counts-per-unit"),
+	BAD(scale, 1e8, "impossible-speed"),
+	BAD(speed_jump, 1e12, "impossible-speed"),
+	BAD(follow_least, 0.009, "4 counts"),
+	BAD(stall_move, 1e-9, "4 counts"),
+	BAD(runaway_move, 1e-9, "4 counts"),
+	BAD(silent_output, 0, "silent-output"),
+	BAD(silent_s, NAN, "silent-s"),
 #undef BAD
 };
 

@@ -343,7 +343,7 @@ static void the_encoder_falls_silent(void **state)
 static void a_weight_is_held_and_let_down(void **state)
 {
 	(void)state;
-	axis.motor.torque = -0.3;	/* 380 N at the screw */
+	axis.motor.torque = -0.3; /* 380 N at the screw */
 	axis_run(&axis, 100);
 	axis_expect_fault(&axis, SERVO_FINE);
 	assert_true(axis.output > 0.2);
@@ -552,7 +552,7 @@ static void an_output_only_while_nothing_is_wrong(void **state)
 		    fabs(axis.wish.position) > 1e9)
 			axis.wish.position = axis.servo.position;
 		axis.wish.position += 0.05 * any(&prng);
-		axis.wish.velocity = 10 * any(&prng);	/* sometimes none */
+		axis.wish.velocity = 10 * any(&prng); /* sometimes none */
 		if (dice > 0.99)
 			axis_reset(&axis);
 		if (dice > 0.98 && dice < 0.985)
@@ -596,15 +596,21 @@ static void a_jump_of_the_command_is_found_at_once(void **state)
 static void one_that_brakes_hard_is_not_silent(void **state)
 {
 	const struct sim_motor_config motor = {
-		.volts = 36, .ohm = 4, .constant = 0.05, .inertia = 2.5e-4, .viscous = 1e-5,
-		.friction = 0.03, .counts = 1312,
+		.volts = 36,
+		.ohm = 4,
+		.constant = 0.05,
+		.inertia = 2.5e-4,
+		.viscous = 1e-5,
+		.friction = 0.03,
+		.counts = 1312,
 	};
 	struct servo_config config = axis_config;
 
 	(void)state;
 	config.scale = motor.counts / 5;
-	config.gains = (struct servo_gains){ .p = 0.19, .i = 0.31, .d = 0.019, .velocity = 0.00175,
-					     .acceleration = 0.0007 };
+	config.gains = (struct servo_gains){
+		.p = 0.19, .i = 0.31, .d = 0.019, .velocity = 0.00175, .acceleration = 0.0007
+	};
 	config.follow_least = 2;
 	config.follow_most = 10;
 	for (double way = 80; way < 120; way++) {

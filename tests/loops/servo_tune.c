@@ -27,7 +27,7 @@ static void step(void)
 	axis_step(&axis);
 }
 
-static double peak;	/* speed of a search */
+static double peak; /* speed of a search */
 
 static double speed(void)
 {
@@ -81,8 +81,9 @@ static void it_finds_what_the_motor_is(void **state)
 	assert_int_equal(tune.state, SERVO_TUNE_DONE);
 	found_is(tune.rate, motor->constant * motor->volts / motor->ohm / motor->inertia * units,
 		 0.1);
-	found_is(tune.slowing, (motor->constant * motor->constant / motor->ohm + motor->viscous) /
-		 motor->inertia, 0.1);
+	found_is(tune.slowing,
+		 (motor->constant * motor->constant / motor->ohm + motor->viscous) / motor->inertia,
+		 0.1);
 	found_is(tune.friction, motor->friction / motor->inertia * units, 0.3);
 	/* those that were found by hand */
 	found_is(tune.gains.velocity, axis_config.gains.velocity, 0.15);
@@ -101,8 +102,7 @@ static void follows(double speed, double most_moving, double most_resting)
 
 	axis_enable(&axis);
 	axis.most = 0;
-	axis_move(&axis, axis.wish.position + way, speed,
-		  fmin(speed * 5, 0.4 * tune.rate));
+	axis_move(&axis, axis.wish.position + way, speed, fmin(speed * 5, 0.4 * tune.rate));
 	if (axis.most > most_moving)
 		fail_msg("%g off while it moves", axis.most);
 	axis_run(&axis, 0.5);
@@ -121,8 +121,10 @@ static void hundred_motors_find_their_gains(void **state)
 	sim_prng_init(&prng, 7);
 	for (unsigned int i = 0; i < 100; i++) {
 		struct sim_motor_config motor = {
-			.volts = between(&prng, 12, 60), .ohm = between(&prng, 0.4, 4),
-			.constant = between(&prng, 0.03, 0.15), .viscous = 1e-5,
+			.volts = between(&prng, 12, 60),
+			.ohm = between(&prng, 0.4, 4),
+			.constant = between(&prng, 0.03, 0.15),
+			.viscous = 1e-5,
 			.inertia = between(&prng, 2e-5, 5e-4),
 			.counts = 4 * round(between(&prng, 250, 2500)),
 		};
@@ -141,9 +143,10 @@ static void hundred_motors_find_their_gains(void **state)
 		run_tune(50);
 		if (tune.state != SERVO_TUNE_DONE)
 			fail_msg("motor %u: reason %d: %g V, %g ohm, %g Nm/A, %g kg m^2, friction "
-				 "%g, %g counts; fault %d", i, (int)tune.reason, motor.volts,
-				 motor.ohm, motor.constant, motor.inertia, motor.friction / stall,
-				 motor.counts, (int)axis.servo.fault);
+				 "%g, %g counts; fault %d",
+				 i, (int)tune.reason, motor.volts, motor.ohm, motor.constant,
+				 motor.inertia, motor.friction / stall, motor.counts,
+				 (int)axis.servo.fault);
 		assert_true(servo_regain(&axis.servo, &tune.gains));
 		axis_run(&axis, 0.5);
 		follows(fastest / 3, 1, 0.05 + 4 / config.scale);
@@ -401,8 +404,7 @@ static void it_begins_where_it_rests(void **state)
 	assert_true(servo_tune_begin(&tune, &axis.servo, 40, 0, axis.now_ns));
 	for (long k = 0; tune.state == SERVO_TUNE_RUNS; k++) {
 		assert_in_range(k, 0, 40000);
-		axis.motor.torque = tune.push > 0 ? 0 :
-				    -0.2 * fmax(axis.motor.angle - slack, 0);
+		axis.motor.torque = tune.push > 0 ? 0 : -0.2 * fmax(axis.motor.angle - slack, 0);
 		step();
 	}
 	assert_int_equal(tune.state, SERVO_TUNE_DONE);

@@ -31,8 +31,8 @@ static void tunes(struct oven *oven, double target)
 			 (double)(oven->now_ns - oven->heater.tune.begun_ns) / 1e9,
 			 oven->heater.tune.cycles, oven->heat.config.watts,
 			 oven->heat.config.watts / oven->heat.config.capacity,
-			 oven->heat.config.loss, oven->heat.config.delay_s,
-			 oven->heat.config.lag_s, target);
+			 oven->heat.config.loss, oven->heat.config.delay_s, oven->heat.config.lag_s,
+			 target);
 	assert_true(oven->power == 0 && oven->heater.target == 0);
 }
 
@@ -50,9 +50,8 @@ static void a_hot_end_and_a_bed_find_their_gains(void **state)
 		oven_init(&oven, &config, bed ? &sim_heat_bed : &sim_heat_hotend);
 		tunes(&oven, target);
 		printf("%s: p %.4g i %.4g d %.4g, period %.3g s, height %.3g K\n",
-		       bed ? "bed" : "hot end", oven.heater.tune.gains.p,
-		       oven.heater.tune.gains.i, oven.heater.tune.gains.d,
-		       oven.heater.tune.period, oven.heater.tune.height);
+		       bed ? "bed" : "hot end", oven.heater.tune.gains.p, oven.heater.tune.gains.i,
+		       oven.heater.tune.gains.d, oven.heater.tune.period, oven.heater.tune.height);
 		assert_true(heater_regain(&oven.heater, &oven.heater.tune.gains));
 		oven_run(&oven, 1800);
 		commanded(&oven, target);
@@ -186,8 +185,7 @@ static void a_hundred_plants_at_random(void **state)
 		/* 0.2 to 4 K/s at first, and so much power to spare */
 		heat.watts = between(&prng, 30, 1000);
 		heat.capacity = heat.watts / between(&prng, 0.2, 4);
-		heat.loss =
-			heat.watts / (target - heat.room) * (0.15 + 0.6 * sim_prng_unit(&prng));
+		heat.loss = heat.watts / (target - heat.room) * (0.15 + 0.6 * sim_prng_unit(&prng));
 		heat.delay_s = between(&prng, 0.2, 4);
 		heat.lag_s = between(&prng, 0.2, 3);
 		oven_init(&oven, &config, &heat);

@@ -94,9 +94,9 @@ static bool is_left_out(size_t offset)
 	return in_postep == offsetof(struct pokeys_postep, updates) ||
 	       in_postep == offsetof(struct pokeys_postep, reserved) ||
 	       in_servo - offsetof(struct pokeys_servo, reserved) <
-	       sizeof(((struct pokeys_servo *)0)->reserved) ||
+		       sizeof(((struct pokeys_servo *)0)->reserved) ||
 	       in_axis - offsetof(struct pokeys_axis, reserved) <
-	       sizeof(((struct pokeys_axis *)0)->reserved);
+		       sizeof(((struct pokeys_axis *)0)->reserved);
 }
 
 static size_t place_of(const struct model_row *row, unsigned int index)
@@ -117,9 +117,11 @@ static void see(enum model_image image, uint8_t *seen, size_t whole)
 			continue;
 		for (unsigned int i = 0; i < model_names(row); i++) {
 			const size_t at = place_of(row, i);
-			const size_t size = row->type == MODEL_BIT ? 1 :
+			const size_t size = row->type == MODEL_BIT ?
+						    1 :
 					    row->type == MODEL_QUANTILE ?
-					    sizeof(struct pokeys_histogram) : row->size;
+						    sizeof(struct pokeys_histogram) :
+						    row->size;
 
 			assert_in_range(at + size, 1, whole);
 			memset(seen + at, 1, size);
@@ -272,7 +274,7 @@ static void test_what_is_there_instead_of_a_pin_is_a_name(void **context)
 			fail_msg("%s: there is no %s", alone->name, alone->instead);
 	assert_true(model_is_hal_name("joint.00.pos-fb", &instead));
 	assert_string_equal(instead, "joint.NN.counts");
-	assert_true(model_is_hal_name("encoder.0.count", &instead));	/* the older scheme's */
+	assert_true(model_is_hal_name("encoder.0.count", &instead)); /* the older scheme's */
 	assert_false(model_is_hal_name("joint.08.pos-fb", &instead));
 }
 

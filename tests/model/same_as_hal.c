@@ -48,7 +48,7 @@ static double number(const struct model_value *value)
 	case MODEL_BOOLEAN:
 		return value->boolean;
 	case MODEL_NATURAL:
-		return (double)(uint32_t)value->natural;	/* HAL has no more */
+		return (double)(uint32_t)value->natural; /* HAL has no more */
 	case MODEL_INTEGER:
 		return (double)value->integer;
 	case MODEL_REAL:
@@ -70,7 +70,8 @@ static bool is_compared(const struct model_row *row, const struct table_row *hal
 static unsigned int compare(const struct rig *rig)
 {
 	const struct model_images images = {
-		.image = { [MODEL_STATE] = rig->exchange.state }, .now_ns = rig->now_ns,
+		.image = { [MODEL_STATE] = rig->exchange.state },
+		.now_ns = rig->now_ns,
 	};
 	const struct model_row *row;
 	unsigned int compared = 0;
@@ -133,7 +134,7 @@ static void press(struct rig *rig)
 			continue;
 		for (unsigned int index = 0; index < model_names(row); index++)
 			table_put(hal, (char *)&rig->values + table_offset(hal, index),
-				  hal->type == TABLE_BIT ? (double)(chance() >> 40 & 1) :
+				  hal->type == TABLE_BIT   ? (double)(chance() >> 40 & 1) :
 				  hal->type == TABLE_FLOAT ? (double)(chance() >> 40) / (1 << 24) :
 							     (double)(uint32_t)chance());
 	}
@@ -144,8 +145,8 @@ static void press(struct rig *rig)
 /* The bit that says that it is commanded. */
 static bool is_commanded(const struct model_row *row, unsigned int index, const void *image)
 {
-	const unsigned int bit = row->mask_bit + index / (row->inner ? row->inner : 1) *
-							 row->mask_stride;
+	const unsigned int bit = row->mask_bit +
+				 index / (row->inner ? row->inner : 1) * row->mask_stride;
 
 	return !row->mask || ((const uint8_t *)image)[row->mask + bit / 8] >> bit % 8 & 1;
 }

@@ -63,14 +63,21 @@ static int end(void **state)
 static void put(enum recorder_kind kind, uint8_t device, uint64_t t_ns, enum wire_op op, uint8_t id,
 		uint8_t tries_or_verdict)
 {
-	static const uint64_t nothing[128];	/* larger than any operation's struct */
+	static const uint64_t nothing[128]; /* larger than any operation's struct */
 	uint8_t packet[WIRE_PK];
 	const struct recorder_slot slot = {
-		.t_ns = t_ns, .taken_ns = t_ns + 7000, .stamped = kind == RECORDER_RECEIVED,
-		.kind = (uint8_t)kind, .device = device, .length = WIRE_PK, .cycle = 5,
+		.t_ns = t_ns,
+		.taken_ns = t_ns + 7000,
+		.stamped = kind == RECORDER_RECEIVED,
+		.kind = (uint8_t)kind,
+		.device = device,
+		.length = WIRE_PK,
+		.cycle = 5,
 		.tries = kind == RECORDER_SENT ? tries_or_verdict : 0,
 		.verdict = kind == RECORDER_RECEIVED ? tries_or_verdict : 0,
-		.peer = 0x0a000002u + device, .peer_port = 20055, .local = 0x0a000001,
+		.peer = 0x0a000002u + device,
+		.peer_port = 20055,
+		.local = 0x0a000001,
 		.local_port = 40000,
 	};
 
@@ -85,8 +92,13 @@ static void put(enum recorder_kind kind, uint8_t device, uint64_t t_ns, enum wir
 static void put_event(uint64_t t_ns)
 {
 	const struct event event = {
-		.t_ns = t_ns, .code = EVENT_LINK, .level = EVENT_WARNING, .device = 0,
-		.a = POKEYS_LINK_LOST, .b = POKEYS_LINK_RUNNING, .c = POKEYS_FAULT_NO_ANSWER,
+		.t_ns = t_ns,
+		.code = EVENT_LINK,
+		.level = EVENT_WARNING,
+		.device = 0,
+		.a = POKEYS_LINK_LOST,
+		.b = POKEYS_LINK_RUNNING,
+		.c = POKEYS_FAULT_NO_ANSWER,
 	};
 
 	recorder_tap(&recorder, &event);
@@ -95,11 +107,16 @@ static void put_event(uint64_t t_ns)
 static void put_cycle(uint64_t tick_ns, uint64_t late_ns, uint32_t skipped)
 {
 	const struct recorder_cycle cycle = {
-		.cycle = 5, .tick_ns = tick_ns, .woke_ns = tick_ns + late_ns,
-		.published_ns = tick_ns + late_ns + 100000, .skipped = skipped,
+		.cycle = 5,
+		.tick_ns = tick_ns,
+		.woke_ns = tick_ns + late_ns,
+		.published_ns = tick_ns + late_ns + 100000,
+		.skipped = skipped,
 	};
 	const struct recorder_slot slot = {
-		.t_ns = tick_ns + 500000, .kind = RECORDER_CYCLE, .device = 255,
+		.t_ns = tick_ns + 500000,
+		.kind = RECORDER_CYCLE,
+		.device = 255,
 		.length = sizeof(cycle),
 	};
 
@@ -109,7 +126,10 @@ static void put_cycle(uint64_t tick_ns, uint64_t late_ns, uint32_t skipped)
 static struct export_summary export(int device)
 {
 	const struct export_options options = {
-		.device = device, .application = "test", .comment = "why", .wall_ns = WALL,
+		.device = device,
+		.application = "test",
+		.comment = "why",
+		.wall_ns = WALL,
 		.stations = &stations,
 	};
 	struct export_summary summary;
@@ -145,17 +165,21 @@ static struct replay load_good(void)
 }
 
 static const struct frame_path way = {
-	.from_mac = { 2, 0, 0, 0, 0, 1 }, .to_mac = { 2, 0, 0, 0, 0, 2 },
-	.from = 0x0a000001, .to = 0x0a000002, .from_port = 40000, .to_port = 20055,
+	.from_mac = { 2, 0, 0, 0, 0, 1 },
+	.to_mac = { 2, 0, 0, 0, 0, 2 },
+	.from = 0x0a000001,
+	.to = 0x0a000002,
+	.from_port = 40000,
+	.to_port = 20055,
 };
 
 static void a_frame_is_taken_apart_again(void **state)
 {
 	/* both sums computed by another program */
 	static const uint8_t expected[FRAME_HEAD + 5] = {
-		2, 0, 0, 0, 0, 2, 2, 0, 0, 0, 0, 1, 8, 0,
-		0x45, 0, 0, 33, 0, 0, 0x40, 0, 64, 17, 0x26, 0xca, 10, 0, 0, 1, 10, 0, 0, 2,
-		0x9c, 0x40, 0x4e, 0x57, 0, 13, 0xbd, 0x67, 'h', 'e', 'l', 'l', 'o',
+		2, 0,  0,    0,    0,    2,    2,  0,  0,    0,    0,   1,   8,   0,   0x45, 0,
+		0, 33, 0,    0,    0x40, 0,    64, 17, 0x26, 0xca, 10,  0,   0,   1,   10,   0,
+		0, 2,  0x9c, 0x40, 0x4e, 0x57, 0,  13, 0xbd, 0x67, 'h', 'e', 'l', 'l', 'o',
 	};
 	uint8_t out[64];
 	struct unpacked back;
@@ -223,7 +247,7 @@ static void a_retry_is_a_line_of_its_own_and_the_answer_is_that_of_all(void **st
 
 	(void)state;
 	put(RECORDER_SENT, 0, 500, WIRE_OP_TICK, 3, 1);
-	put(RECORDER_SENT, 0, 1000, WIRE_OP_TICK, 3, 1);	/* its answer was not recorded */
+	put(RECORDER_SENT, 0, 1000, WIRE_OP_TICK, 3, 1); /* its answer was not recorded */
 	put(RECORDER_SENT, 1, 1500, WIRE_OP_TICK, 3, 1);
 	put(RECORDER_SENT, 0, 2000, WIRE_OP_TICK, 3, 2);
 	put(RECORDER_SENT, 0, 2500, WIRE_OP_TICK, 3, 3);
@@ -310,7 +334,7 @@ static void one_device_alone_can_be_written(void **state)
 	replay = load_good();
 	assert_int_equal(replay.lines, 2);
 	assert_string_equal(replay.line[0].device, "lathe");
-	assert_int_equal(replay.line[1].kind, REPLAY_EVENT);	/* of all: the late cycle */
+	assert_int_equal(replay.line[1].kind, REPLAY_EVENT); /* of all: the late cycle */
 	replay_free(&replay);
 }
 
@@ -340,7 +364,9 @@ static void a_datagram_of_any_length_is_written(void **state)
 	memset(data, 0xAA, sizeof(data));
 	for (size_t i = 0; i < sizeof(lengths) / sizeof(*lengths); i++) {
 		const struct recorder_slot slot = {
-			.t_ns = i + 1, .kind = RECORDER_RECEIVED, .length = lengths[i],
+			.t_ns = i + 1,
+			.kind = RECORDER_RECEIVED,
+			.length = lengths[i],
 			.verdict = POKEYS_VERDICT_BAD_LENGTH,
 		};
 
@@ -424,12 +450,91 @@ static void a_file_with_a_damaged_byte_harms_nobody(void **state)
 static void the_other_byte_order_is_read(void **state)
 {
 	static const uint8_t other[] = {
-		0x0a, 0x0d, 0x0d, 0x0a, 0, 0, 0, 28, 0x1a, 0x2b, 0x3c, 0x4d, 0, 1, 0, 0,
-		255, 255, 255, 255, 255, 255, 255, 255, 0, 0, 0, 28,
-		0, 0, 0, 1, 0, 0, 0, 20, 0, 1, 0, 0, 0, 0, 255, 255, 0, 0, 0, 20,
+		0x0a,
+		0x0d,
+		0x0d,
+		0x0a,
+		0,
+		0,
+		0,
+		28,
+		0x1a,
+		0x2b,
+		0x3c,
+		0x4d,
+		0,
+		1,
+		0,
+		0,
+		255,
+		255,
+		255,
+		255,
+		255,
+		255,
+		255,
+		255,
+		0,
+		0,
+		0,
+		28,
+		0,
+		0,
+		0,
+		1,
+		0,
+		0,
+		0,
+		20,
+		0,
+		1,
+		0,
+		0,
+		0,
+		0,
+		255,
+		255,
+		0,
+		0,
+		0,
+		20,
 		/* 47 bytes: the headers and "hello" make no PoKeys packet */
-		0, 0, 0, 6, 0, 0, 0, 36, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 2,
-		'n', 'o', 0, 0, 0, 0, 0, 36,
+		0,
+		0,
+		0,
+		6,
+		0,
+		0,
+		0,
+		36,
+		0,
+		0,
+		0,
+		0,
+		0,
+		0,
+		0,
+		0,
+		0,
+		0,
+		0,
+		1,
+		0,
+		0,
+		0,
+		2,
+		0,
+		0,
+		0,
+		2,
+		'n',
+		'o',
+		0,
+		0,
+		0,
+		0,
+		0,
+		36,
 	};
 	struct replay replay;
 	char why[128] = "";
@@ -455,7 +560,10 @@ static void what_is_no_pcapng_is_refused(void **state)
 static void a_full_disk_is_told(void **state)
 {
 	const struct export_options options = {
-		.device = EXPORT_ALL, .application = "test", .comment = "", .stations = &stations,
+		.device = EXPORT_ALL,
+		.application = "test",
+		.comment = "",
+		.stations = &stations,
 	};
 	struct export_summary summary;
 	FILE *full = fopen("/dev/full", "w");
@@ -480,7 +588,9 @@ static ssize_t cut_ring(void *cookie, const char *data, size_t size)
 static void a_ring_that_shrinks_while_it_is_read_ends(void **state)
 {
 	const struct export_options options = {
-		.device = EXPORT_ALL, .application = "test", .comment = "why",
+		.device = EXPORT_ALL,
+		.application = "test",
+		.comment = "why",
 		.stations = &stations,
 	};
 	struct export_summary summary;

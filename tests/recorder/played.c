@@ -24,13 +24,20 @@ static struct recorder_file file;
 static char *bytes;
 static size_t length;
 
-static void write_packet(enum recorder_kind kind, const uint8_t *packet, size_t size,
-			 uint8_t tries, uint8_t verdict)
+static void write_packet(enum recorder_kind kind, const uint8_t *packet, size_t size, uint8_t tries,
+			 uint8_t verdict)
 {
 	const struct recorder_slot slot = {
-		.t_ns = world.now, .taken_ns = world.now, .stamped = kind == RECORDER_RECEIVED,
-		.peer = world.config.address, .peer_port = 20055, .local = 1, .local_port = 40000,
-		.length = (uint16_t)size, .kind = (uint8_t)kind, .tries = tries,
+		.t_ns = world.now,
+		.taken_ns = world.now,
+		.stamped = kind == RECORDER_RECEIVED,
+		.peer = world.config.address,
+		.peer_port = 20055,
+		.local = 1,
+		.local_port = 40000,
+		.length = (uint16_t)size,
+		.kind = (uint8_t)kind,
+		.tries = tries,
 		.verdict = verdict,
 		.once = kind == RECORDER_SENT &&
 			device_mailbox(world.device)->mailbox[packet[6]].once,
@@ -90,7 +97,10 @@ static void load(struct replay *record)
 {
 	static struct stations stations;
 	const struct export_options options = {
-		.device = EXPORT_ALL, .application = "test", .comment = "", .stations = &stations,
+		.device = EXPORT_ALL,
+		.application = "test",
+		.comment = "",
+		.stations = &stations,
 	};
 	struct export_summary summary;
 	FILE *f = open_memstream(&bytes, &length);
@@ -112,8 +122,12 @@ static void bad_link(unsigned int i)
 {
 	struct sim_link_faults faults = {
 		.delay = { SIM_DELAY_HEAVY_TAIL, 25 * US, (1 + 4 * (i % 6)) * MS, 1.2 },
-		.loss = 0.02 * (double)(i % 7), .duplicate = 0.2, .copies = 1 + i % 4,
-		.copy_gap_ns = 2 * MS, .reorder = 0.2, .reorder_ns = (1 + i % 5) * MS,
+		.loss = 0.02 * (double)(i % 7),
+		.duplicate = 0.2,
+		.copies = 1 + i % 4,
+		.copy_gap_ns = 2 * MS,
+		.reorder = 0.2,
+		.reorder_ns = (1 + i % 5) * MS,
 	};
 
 	sim_link_set_faults(&world.rig.link, SIM_LINK_REQUEST, &faults);
@@ -141,7 +155,9 @@ static void live(unsigned int i)
 static void play(const struct replay *record, unsigned int copies, bool exact, struct played *out)
 {
 	const struct player_options options = {
-		.mailbox = &world.config.mailbox, .exact = exact, .copies = copies,
+		.mailbox = &world.config.mailbox,
+		.exact = exact,
+		.copies = copies,
 	};
 
 	player_play(record, &options, out);

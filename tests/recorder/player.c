@@ -30,12 +30,12 @@ struct player {
 	const struct player_options *options;
 	struct played *out;
 	struct step *step;
-	size_t to_send;			/* step: the next one that has to leave the mailbox */
+	size_t to_send; /* step: the next one that has to leave the mailbox */
 	uint64_t now;
 	bool open[POKEYS_MAILBOX_SIZE];
-	size_t last_try[POKEYS_MAILBOX_SIZE];	/* line */
-	size_t delivering;		/* line of the reply */
-	unsigned int ended_now;		/* requests that this delivery has answered */
+	size_t last_try[POKEYS_MAILBOX_SIZE]; /* line */
+	size_t delivering;                    /* line of the reply */
+	unsigned int ended_now;               /* requests that this delivery has answered */
 };
 
 enum { NOBODY = -1 };
@@ -90,8 +90,7 @@ static int sent(void *context, const uint8_t *packet, size_t length)
 	}
 	line = &p->record->line[p->step[p->to_send].line];
 	if (length != WIRE_PK || memcmp(packet, line->data, WIRE_PK) || line->t_ns != p->now)
-		differ(p, "sent another packet, or at another time",
-		       p->step[p->to_send].line);
+		differ(p, "sent another packet, or at another time", p->step[p->to_send].line);
 	p->last_try[packet[WIRE_AT_ID]] = p->step[p->to_send].line;
 	p->to_send++;
 	return 0;
@@ -218,9 +217,9 @@ static int create(struct player *p, const struct replay_line *line, size_t numbe
 		p->mailbox.id_free_after[id] = p->mailbox.id_shun_until[id] = 0;
 		p->mailbox.id_key[id] = UINT16_MAX;
 	} else if (row->flags & WIRE_CHECK) {
-		packet[WIRE_AT_P2] = 0;		/* the mailbox' own */
+		packet[WIRE_AT_P2] = 0; /* the mailbox' own */
 	}
-	return pokeys_request_create(&p->mailbox, packet, (enum pokeys_class)class, ended, refresh,
+	return pokeys_request_create(&p->mailbox, packet, (enum pokeys_class) class, ended, refresh,
 				     p);
 }
 
@@ -230,7 +229,7 @@ static void ask(struct player *p, size_t number)
 	int id;
 
 	if (!p->mailbox.in_flight_count)
-		pokeys_device_check(&p->mailbox, p->now);	/* as a cycle begins */
+		pokeys_device_check(&p->mailbox, p->now); /* as a cycle begins */
 	id = create(p, line, number);
 	if (id != line->data[WIRE_AT_ID])
 		differ(p, "got another id, or none", number);
@@ -258,7 +257,8 @@ static void deliver(struct player *p, size_t number)
 {
 	const struct replay_line *line = &p->record->line[number];
 	const struct pokeys_rx rx = {
-		.t_ns = line->stamped ? line->t_ns : 0, .address = line->address,
+		.t_ns = line->stamped ? line->t_ns : 0,
+		.address = line->address,
 		.port = line->port,
 	};
 	const uint8_t id = line->data[WIRE_AT_ID];
@@ -329,10 +329,13 @@ void player_play(const struct replay *record, const struct player_options *optio
 	assert_non_null(p);
 	*out = (struct played){ 0 };
 	*p = (struct player){
-		.record = record, .options = options, .out = out, .delivering = NOTHING,
+		.record = record,
+		.options = options,
+		.out = out,
+		.delivering = NOTHING,
 	};
 	if (!options->exact)
-		mailbox.window = POKEYS_WINDOW_MAX;	/* what has ended unseen is in it */
+		mailbox.window = POKEYS_WINDOW_MAX; /* what has ended unseen is in it */
 	assert_int_equal(pokeys_device_init(&p->mailbox, &io, &mailbox), 0);
 	set_peer(p);
 	put_in_order(p);

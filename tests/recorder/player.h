@@ -14,20 +14,20 @@
 #include "daemon/recorder/replay.h"
 
 struct player_options {
-	const struct pokeys_options *mailbox;	/* as the daemon's were */
+	const struct pokeys_options *mailbox; /* as the daemon's were */
 	/*
 	 * The record begins with the daemon, and nothing happened that it does not tell:
 	 * ids, check bytes, deadlines and retries come from the mailbox alone. Otherwise
 	 * ids and the moments of the retries are the record's.
 	 */
 	bool exact;
-	unsigned int copies;	/* of each reply that are delivered besides, at once */
+	unsigned int copies; /* of each reply that are delivered besides, at once */
 };
 
 struct played {
 	uint64_t requests, retries, replies, accepted, unanswered, cancelled, resets;
 	uint64_t differences;
-	char first[200];		/* of the differences */
+	char first[200]; /* of the differences */
 };
 
 void player_play(const struct replay *record, const struct player_options *options,

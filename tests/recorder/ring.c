@@ -52,7 +52,9 @@ static int end(void **state)
 static void put(uint64_t number)
 {
 	const struct recorder_slot slot = {
-		.t_ns = number * 3, .taken_ns = number * 5, .kind = RECORDER_SENT,
+		.t_ns = number * 3,
+		.taken_ns = number * 5,
+		.kind = RECORDER_SENT,
 		.cycle = (uint32_t)number,
 	};
 	uint64_t data[RECORDER_DATA / 8];
@@ -109,7 +111,7 @@ static void only_the_last_round_is_there(void **state)
 		}
 		count += n;
 	}
-	assert_int_equal(count, SLOTS - 1);	/* the oldest may be overwritten any moment */
+	assert_int_equal(count, SLOTS - 1); /* the oldest may be overwritten any moment */
 	assert_int_equal(next, 3 * SLOTS + 7);
 }
 
@@ -122,7 +124,7 @@ static void *write_on(void *argument)
 	(void)argument;
 	for (uint64_t i = 0; !stop; i++) {
 		put(i);
-		if (i % 512 == 511)	/* or it would always be a round ahead of who reads */
+		if (i % 512 == 511) /* or it would always be a round ahead of who reads */
 			nanosleep(&moment, NULL);
 	}
 	return NULL;
@@ -236,7 +238,7 @@ static void a_slot_of_another_number_is_left_out(void **state)
 	assert_int_equal(out[2].number, 3);
 }
 
-static int interrupted;		/* so many times more */
+static int interrupted; /* so many times more */
 
 int __real_posix_fallocate64(int fd, off_t from, off_t length);
 int __wrap_posix_fallocate64(int fd, off_t from, off_t length);
@@ -259,11 +261,16 @@ static void a_signal_does_not_keep_the_file_from_being_made(void **state)
 /* In requests that set or prove one; the first 8 bytes, with the level, stay. */
 static void passwords_are_not_recorded(void **state)
 {
-	static const struct { uint8_t operation, kind, kept; } tried[] = {
-		{ 0xE2, RECORDER_SENT, 8 }, { 0xE3, RECORDER_SENT, 8 },
+	static const struct {
+		uint8_t operation, kind, kept;
+	} tried[] = {
+		{ 0xE2, RECORDER_SENT, 8 },
+		{ 0xE3, RECORDER_SENT, 8 },
 		/* whatever a device repeats of the request */
-		{ 0xE2, RECORDER_RECEIVED, 9 }, { 0xE3, RECORDER_RECEIVED, 9 },
-		{ 0xE1, RECORDER_SENT, 64 }, { 0xE1, RECORDER_RECEIVED, 64 },
+		{ 0xE2, RECORDER_RECEIVED, 9 },
+		{ 0xE3, RECORDER_RECEIVED, 9 },
+		{ 0xE1, RECORDER_SENT, 64 },
+		{ 0xE1, RECORDER_RECEIVED, 64 },
 	};
 	struct recorder_slot out;
 	uint64_t next = 0;

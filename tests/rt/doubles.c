@@ -50,7 +50,7 @@ void device_cycle(struct device *d, uint64_t cycle, uint64_t tick_ns, uint64_t n
 	d->commands += command != NULL;
 	if (command)
 		d->heartbeat = command->heartbeat;
-	for (int i = 0; i < REQUESTS; i++)	/* the engine's window is not our subject */
+	for (int i = 0; i < REQUESTS; i++) /* the engine's window is not our subject */
 		d->request[i].fast = false;
 	for (uint32_t i = 0; i < d->fast; i++)
 		request(d, true);
@@ -361,7 +361,8 @@ void world_begin(uint32_t count)
 	for (uint32_t i = 0; i < count; i++) {
 		struct device *d = &world.device[i];
 
-		*d = (struct device){ .fast = 2, .deadline_ns = 300 * US,
+		*d = (struct device){ .fast = 2,
+				      .deadline_ns = 300 * US,
 				      .link = POKEYS_LINK_RUNNING };
 		world.round_trip_ns[i] = 100 * US;
 		loop_io(loop, i, &d->io);
@@ -377,7 +378,7 @@ int world_run(uint64_t for_ns)
 	if (rc < 0)
 		return rc;
 	world.loop.own->clock = (struct loop_clock){ clock_now, clock_boot, clock_sleep_until,
-							  &world };
+						     &world };
 	world.end_ns = world.now + for_ns;
 	return loop_run(&world.loop);
 }

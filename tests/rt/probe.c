@@ -40,8 +40,7 @@ static void put(const char *name, const struct pokeys_histogram *now,
 	const struct pokeys_histogram h = since(now, before);
 
 	printf(" %s_us_p50=%.1f %s_us_p99=%.1f", name, us(&h, 0.5), name, us(&h, 0.99));
-	printf(" %s_us_mean=%.1f", name,
-	       h.count ? (double)h.sum_ns / (double)h.count / 1e3 : 0.0);
+	printf(" %s_us_mean=%.1f", name, h.count ? (double)h.sum_ns / (double)h.count / 1e3 : 0.0);
 }
 
 static void report(struct rig *rig, const struct pokeys_diag *before)

@@ -78,9 +78,8 @@ static int start_simulator(struct rig *rig)
 	if (rig->simulator == 0) {
 		close(fds[0]);
 		execl(rig->options.simulator, "pokeys-sim", "--address", address, "--port", "0",
-		      "--no-tcp", "--no-discovery", "--quiet", "--preset", "loopback",
-		      "--control", rig->control, "--ready-fd", ready, "--cpu", "0",
-		      (char *)NULL);
+		      "--no-tcp", "--no-discovery", "--quiet", "--preset", "loopback", "--control",
+		      rig->control, "--ready-fd", ready, "--cpu", "0", (char *)NULL);
 		_exit(127);
 	}
 	close(fds[1]);

@@ -13,13 +13,13 @@
 #include "daemon/rt/loop.h"
 
 struct rig_options {
-	const char *simulator;		/* path of pokeys-sim */
-	const char *transport;		/* "io_uring", "socket" */
+	const char *simulator; /* path of pokeys-sim */
+	const char *transport; /* "io_uring", "socket" */
 	uint64_t period_ns;
 	enum loop_mode mode;
-	bool realtime;			/* lock memory, SCHED_FIFO; off if refused */
-	uint64_t deadline_floor_ns;	/* of the mailbox, 0 = its default */
-	uint64_t lost_after_ns;		/* 0 = the default */
+	bool realtime;              /* lock memory, SCHED_FIFO; off if refused */
+	uint64_t deadline_floor_ns; /* of the mailbox, 0 = its default */
+	uint64_t lost_after_ns;     /* 0 = the default */
 };
 
 /* Whatever takes longer on the busiest machine hangs. */
@@ -36,8 +36,8 @@ struct rig {
 	struct device *device;
 	pthread_t thread;
 	bool running;
-	bool is_realtime;		/* priority and locked memory were granted */
-	int result;			/* of loop_run */
+	bool is_realtime; /* priority and locked memory were granted */
+	int result;       /* of loop_run */
 	pokeys_client *client;
 };
 

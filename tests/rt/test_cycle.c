@@ -93,7 +93,7 @@ static void slow_reply_does_not_hold_back_the_image(void **state)
 static void lost_packet_is_resent_exactly_at_its_deadline(void **state)
 {
 	(void)state;
-	world.lose = 11;	/* the first request of the sixth cycle */
+	world.lose = 11; /* the first request of the sixth cycle */
 	assert_int_equal(world_run(20 * MS), 0);
 	assert_int_equal(world.device[0].resent, 1);
 	assert_int_equal(world.sent_log[0][12], world.device[0].tick_log[5] + 300 * US);

@@ -9,10 +9,10 @@
 /* LinuxCNC, as far as a device's shared memory sees it. */
 static struct thread {
 	uint64_t next_ns, period_ns;
-	uint64_t until_ns;		/* it is silent from then on, 0 = never */
+	uint64_t until_ns; /* it is silent from then on, 0 = never */
 	uint64_t from_ns;
-	int64_t lie_ns;			/* added to the stamps it tells */
-	uint64_t reads, young;		/* of the last second; no older than 40 us */
+	int64_t lie_ns;        /* added to the stamps it tells */
+	uint64_t reads, young; /* of the last second; no older than 40 us */
 } thread[4];
 
 static uint64_t end_ns;
@@ -86,7 +86,7 @@ static void data_are_published_just_before_each_read(void **state)
 
 	(void)state;
 	world.publish_takes_ns = 3 * US;
-	thread[1].next_ns += 5 * US;	/* the same thread, the next funct in it */
+	thread[1].next_ns += 5 * US; /* the same thread, the next funct in it */
 	run(3 * SECOND);
 	assert_int_equal(shown()->state, POKEYS_PHASE_LOCKED);
 	assert_int_equal(shown()->master, 0);
@@ -96,7 +96,8 @@ static void data_are_published_just_before_each_read(void **state)
 	assert_true(shown()->error_ns >= -2000 && shown()->error_ns <= 2000);
 	assert_in_range(shown()->period_ns, MS - 100, MS + 100);
 	assert_int_equal(memcmp(shown(), &world.shm[1].cell[world.shm[1].newest].phase,
-				sizeof *shown()), 0);
+				sizeof *shown()),
+			 0);
 	for (int i = 0; i < 2; i++) {
 		assert_in_range(thread[i].reads, 998, 1002);
 		assert_int_equal(thread[i].young, thread[i].reads);
@@ -149,7 +150,7 @@ static void stamps_that_make_no_sense_are_not_believed(void **state)
 	world.shm[1].command = (struct pokeys_command){ .t_thread_ns = world.now - MS,
 							.period_ns = MS };
 	thread[1].period_ns = 0;
-	world.shm[1].command_result = 1;	/* its image stays as it is */
+	world.shm[1].command_result = 1; /* its image stays as it is */
 	run(SECOND);
 	assert_int_equal(shown()->state, POKEYS_PHASE_FREE);
 	assert_true(on_its_own_grid());
@@ -257,7 +258,7 @@ static void answers_that_are_missing_do_not_make_the_lead_longer(void **state)
 {
 	(void)state;
 	world.on_sent = drop_some;
-	world.device[1].deadline_ns = 800 * US;	/* asked again after the window */
+	world.device[1].deadline_ns = 800 * US; /* asked again after the window */
 	run(3 * SECOND);
 	assert_true(world.device[1].resent > 200);
 	assert_in_range(shown()->lead_ns, 110 * US, 118 * US);

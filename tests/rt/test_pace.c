@@ -176,7 +176,7 @@ static void spinning_never_exceeds_its_duty(void **state)
 		world_begin(1);
 		spin(duty);
 		world.loop.options.period_ns = periods[i % 3];
-		world.round_trip_ns[0] = 0;		/* always something in flight */
+		world.round_trip_ns[0] = 0; /* always something in flight */
 		world.device[0].deadline_ns = 70 * US;
 		assert_int_equal(world_run(SECOND), 0);
 		assert_true((double)world.spun_ns <= duty * (double)SECOND * 1.01);

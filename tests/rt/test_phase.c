@@ -25,21 +25,21 @@
 static struct {
 	struct phase phase;
 	/* the thread */
-	double next_read, period;	/* true ones, ns */
-	uint64_t says;			/* the period it tells */
-	double jitter_ns;		/* late by up to so much, evenly */
-	double late_part, late_ns;	/* and now and then by so much */
-	double write_ns;		/* from read to write */
+	double next_read, period;  /* true ones, ns */
+	uint64_t says;             /* the period it tells */
+	double jitter_ns;          /* late by up to so much, evenly */
+	double late_part, late_ns; /* and now and then by so much */
+	double write_ns;           /* from read to write */
 	bool silent;
-	uint64_t read_ns;		/* last read that was told */
-	unsigned int writes;		/* in the last cycle */
+	uint64_t read_ns;    /* last read that was told */
+	unsigned int writes; /* in the last cycle */
 	/* the cycle */
 	uint64_t tick;
 	double cost_ns, cost_jitter_ns;
-	uint64_t cost;			/* of the last cycle */
+	uint64_t cost; /* of the last cycle */
 	/* seen, of reads while locked */
-	uint64_t reads, missed;		/* ... in which the newest data was not there yet */
-	double age_sum, age_most;	/* since publication */
+	uint64_t reads, missed;   /* ... in which the newest data was not there yet */
+	double age_sum, age_most; /* since publication */
 } sim;
 
 static uint64_t random_state;
@@ -113,7 +113,8 @@ static bool reads_until(uint64_t tick, uint64_t published)
 static void tell(uint64_t cost)
 {
 	const struct phase_stamp stamp = {
-		.read_ns = sim.read_ns, .write_ns = sim.read_ns + (uint64_t)sim.write_ns,
+		.read_ns = sim.read_ns,
+		.write_ns = sim.read_ns + (uint64_t)sim.write_ns,
 		.period_ns = sim.says,
 	};
 
@@ -284,7 +285,7 @@ static void a_period_up_to_one_percent_off_is_followed(void **state)
 static void a_period_that_is_told_wrongly_is_measured(void **state)
 {
 	(void)state;
-	sim.period = (double)MS * 1.003;	/* it says 1 ms */
+	sim.period = (double)MS * 1.003; /* it says 1 ms */
 	until_locked(2000);
 	run(3000);
 	assert_true(sim.phase.locked);
@@ -298,7 +299,7 @@ static void drift_is_followed(void **state)
 	sim.jitter_ns = 10 * US;
 	until_locked(500);
 	run(2000);
-	for (int i = 0; i < 20000; i++) {	/* 400 ppm back and forth in ten seconds */
+	for (int i = 0; i < 20000; i++) { /* 400 ppm back and forth in ten seconds */
 		sim.period = (double)MS * (1 + 4e-4 * sin(i * 6.283 / 10000));
 		cycle();
 	}

@@ -71,8 +71,7 @@ static void await_replies(uint64_t more)
 	unsigned int waited = 0;
 
 	rig_state(&rig, &before);
-	for (rig_state(&rig, &after);
-	     after.statistics.accepted < before.statistics.accepted + more;
+	for (rig_state(&rig, &after); after.statistics.accepted < before.statistics.accepted + more;
 	     rig_state(&rig, &after)) {
 		if ((waited += 5) > RIG_PATIENCE_MS)
 			fail_msg("not so many replies in %d ms", RIG_PATIENCE_MS);
@@ -84,8 +83,11 @@ static void load(struct replay *record)
 {
 	static struct stations stations;
 	const struct export_options how = {
-		.device = EXPORT_ALL, .application = "test", .comment = "",
-		.wall_ns = export_wall(), .stations = &stations,
+		.device = EXPORT_ALL,
+		.application = "test",
+		.comment = "",
+		.wall_ns = export_wall(),
+		.stations = &stations,
 	};
 	struct export_summary summary;
 	char path[128], why[128] = "";
@@ -144,8 +146,8 @@ static void what_became_of_every_reply_comes_about_again(void **state)
 int main(int argc, char **argv)
 {
 	const struct CMUnitTest tests[] = {
-		cmocka_unit_test_setup_teardown(what_became_of_every_reply_comes_about_again,
-						begin, end),
+		cmocka_unit_test_setup_teardown(what_became_of_every_reply_comes_about_again, begin,
+						end),
 	};
 
 	if (argc < 2)

@@ -108,9 +108,10 @@ static void device_is_found_and_polled(void **state)
 	assert_true(rig_await_link(rig, POKEYS_LINK_RUNNING));
 	rig_state(rig, &first);
 	rig_sleep_ms(500);
-	AWAIT(rig, &second, second.cycle > first.cycle &&
-	      second.statistics.accepted > first.statistics.accepted &&
-	      second.t_digital_ns > first.t_digital_ns);
+	AWAIT(rig, &second,
+	      second.cycle > first.cycle &&
+		      second.statistics.accepted > first.statistics.accepted &&
+		      second.t_digital_ns > first.t_digital_ns);
 	assert_int_equal(second.identity.address, rig->address);
 	show(rig);
 }
@@ -141,8 +142,9 @@ static void lost_packets_are_recovered(void **state)
 	assert_true(rig_await_link(rig, POKEYS_LINK_RUNNING));
 	rig_state(rig, &before);
 	assert_int_equal(rig_simulator(rig, "fault", "both", "loss", "0.05", NULL), 0);
-	AWAIT(rig, &after, after.statistics.resent > before.statistics.resent + 10 &&
-	      after.statistics.accepted > before.statistics.accepted + 1000);
+	AWAIT(rig, &after,
+	      after.statistics.resent > before.statistics.resent + 10 &&
+		      after.statistics.accepted > before.statistics.accepted + 1000);
 	assert_int_equal(after.link, POKEYS_LINK_RUNNING);
 	assert_int_equal(after.statistics.reconnects, before.statistics.reconnects);
 	show(rig);
@@ -192,7 +194,7 @@ static void loop_neither_allocates_nor_faults(void **state)
 
 	if (!rig->is_realtime || !allocations_are_counted) {
 		fprintf(stderr, "skipped: no right to lock memory or to SCHED_FIFO here, or a "
-			"sanitizer's allocator\n");
+				"sanitizer's allocator\n");
 		skip();
 	}
 	assert_true(rig_await_link(rig, POKEYS_LINK_RUNNING));
@@ -205,7 +207,8 @@ static void loop_neither_allocates_nor_faults(void **state)
 	for (unsigned int i = 0; i < seconds(); i++) {
 		/* not only the quiet life */
 		assert_int_equal(rig_simulator(rig, "fault", "both", "loss", i % 2 ? "0.1" : "0",
-					       NULL), 0);
+					       NULL),
+				 0);
 		assert_int_equal(rig_simulator(rig, "stray", "200", NULL), 0);
 		rig_sleep_ms(1000);
 	}
@@ -214,7 +217,7 @@ static void loop_neither_allocates_nor_faults(void **state)
 	assert_int_equal(loop_sample_faults(&rig->loop), 0);
 	assert_int_equal(atomic_load(&rig->loop.shared.minor_faults), minor);
 	assert_int_equal(atomic_load(&rig->loop.shared.major_faults), major);
-	atomic_store(&allocations_thread, 0);	/* a thread that ends frees what is its own */
+	atomic_store(&allocations_thread, 0); /* a thread that ends frees what is its own */
 	assert_int_equal(atomic_load(&allocations_count), 0);
 }
 

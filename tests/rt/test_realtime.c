@@ -26,7 +26,7 @@
 #include "daemon/rt/cgroup.h"
 #include "daemon/rt/realtime.h"
 
-enum { NO_RIGHT = 100 };	/* the child could not get into the state to be tested */
+enum { NO_RIGHT = 100 }; /* the child could not get into the state to be tested */
 
 /* In a child: its status, or a skipped test. */
 static int in_child(int (*f)(void))
@@ -91,7 +91,9 @@ static int little_to_lock(void)
 		return 2;
 	/* and going on without is possible: nothing is locked, memory can be had */
 	return mmap(NULL, 64 << 20, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) ==
-	       MAP_FAILED ? 3 : 0;
+			       MAP_FAILED ?
+		       3 :
+		       0;
 }
 
 static void small_limit_is_refused_with_the_limit(void **state)
@@ -117,7 +119,9 @@ static int enough_for_now(void)
 	if (!strstr(why, "7168 KiB"))
 		return 2;
 	return mmap(NULL, 64 << 20, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) ==
-	       MAP_FAILED ? 3 : 0;
+			       MAP_FAILED ?
+		       3 :
+		       0;
 }
 
 static void limit_that_is_enough_only_for_now_is_refused(void **state)
@@ -179,7 +183,7 @@ static int take_priority(void)
 	if (sched_getaffinity(0, sizeof set, &set) < 0 || CPU_COUNT(&set) != 1 ||
 	    !CPU_ISSET(0, &set))
 		return 3;
-	return prctl(PR_GET_TIMERSLACK) <= 1 ? 0 : 4;	/* newer kernels: 0 */
+	return prctl(PR_GET_TIMERSLACK) <= 1 ? 0 : 4; /* newer kernels: 0 */
 }
 
 static void thread_becomes_realtime_where_permitted(void **state)

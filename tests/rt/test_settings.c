@@ -127,7 +127,9 @@ static void orders_are_executed_in_turn_one_a_cycle(void **state)
 static void order_may_bring_what_the_file_wants_now(void **state)
 {
 	const struct loop_order order = {
-		.device = 0, .what = DEVICE_ORDER_APPLY, .replace = true,
+		.device = 0,
+		.what = DEVICE_ORDER_APPLY,
+		.replace = true,
 		.settings = { .axes = 5 },
 	};
 

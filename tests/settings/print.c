@@ -26,7 +26,7 @@ static unsigned int seed(void)
 {
 	const char *text = getenv("POKEYS_SEED");
 	unsigned int value = text ? (unsigned int)strtoul(text, NULL, 10) :
-			     (unsigned int)time(NULL);
+				    (unsigned int)time(NULL);
 
 	printf("POKEYS_SEED=%u\n", value);
 	return value;

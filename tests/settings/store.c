@@ -56,7 +56,8 @@ static void numbers_are_taken_at_their_limits_and_refused_outside(void **state)
 	for (size_t i = 0; i < settings_key_count; i++) {
 		const struct settings_key *key = &settings_keys[i];
 		double step = key->type == SETTINGS_REAL ? key->maximum * 1e-9 :
-			      key->scale > 0 ? key->scale : 1;
+			      key->scale > 0             ? key->scale :
+							   1;
 
 		if ((key->type != SETTINGS_NUMBER && key->type != SETTINGS_REAL) ||
 		    key->maximum < key->minimum)
@@ -108,9 +109,10 @@ static void leave_stores_nothing(void **state)
 static void no_key_takes_nonsense(void **state)
 {
 	static const char *const nonsense[] = {
-		"", "-", "+5", "0x10", "10ms", "1e400", "nan", "inf", "1,5x", "5 6", "1e",
-		"99999999999999999999", "--", "1-", "-1-3", "3-1", "1,1,x", ",", "1.2.3", "56",
-		"0-3", "1-56", "\"quoted\"", "256,",
+		"",      "-",   "+5",   "0x10", "10ms",       "1e400",
+		"nan",   "inf", "1,5x", "5 6",  "1e",         "99999999999999999999",
+		"--",    "1-",  "-1-3", "3-1",  "1,1,x",      ",",
+		"1.2.3", "56",  "0-3",  "1-56", "\"quoted\"", "256,",
 	};
 
 	(void)state;
@@ -121,8 +123,7 @@ static void no_key_takes_nonsense(void **state)
 		for (size_t n = 0; n < sizeof(nonsense) / sizeof(nonsense[0]); n++) {
 			if (key->type == SETTINGS_TEXT && n && n != 22)
 				continue;
-			if (!strcmp(nonsense[n], "56") &&
-			    (number || key->type == SETTINGS_BYTES))
+			if (!strcmp(nonsense[n], "56") && (number || key->type == SETTINGS_BYTES))
 				continue;
 			assert_refused(key, 0, nonsense[n]);
 		}

@@ -19,14 +19,13 @@
 #include "shm/runtime.h"
 #include "tests/shm/folder.h"
 
-enum { OWNER = 4001, GROUP = 4002, MEMBER = 4003, STRANGER = 4004 };	/* nobody's numbers */
+enum { OWNER = 4001, GROUP = 4002, MEMBER = 4003, STRANGER = 4004 }; /* nobody's numbers */
 
 static void become(uid_t user, gid_t group, const gid_t *more, size_t count)
 {
-	if (setgroups(count, more) || setresgid(group, group, group) ||
-	    setresuid(user, user, user))
+	if (setgroups(count, more) || setresgid(group, group, group) || setresuid(user, user, user))
 		_exit(99);
-	umask(0022);	/* what people have */
+	umask(0022); /* what people have */
 }
 
 /* A client that writes its line into folder->why; a process of its own. */
@@ -157,7 +156,7 @@ static void who_may_enter_is_told(void **state)
 	assert_non_null(strstr(why, "only its owner may enter"));
 	assert_int_equal(chmod(folder->path, 02770), 0);
 	runtime_denied(folder->path, why, sizeof(why));
-	assert_non_null(strstr(why, "adduser USER tty"));	/* 5 is Debian's, for ever */
+	assert_non_null(strstr(why, "adduser USER tty")); /* 5 is Debian's, for ever */
 	assert_int_equal(chown(folder->path, OWNER, 0), 0);
 	assert_int_equal(chmod(folder->path, 02770), 0);
 	runtime_denied(folder->path, why, sizeof(why));
@@ -220,7 +219,9 @@ static void second_daemon_of_another_user_is_refused(void **state)
 		status = shm_host_open(&host, folder->path, NULL, NULL, folder->why,
 				       sizeof(folder->why));
 		_exit(status == -EACCES &&
-		      strstr(folder->why, "it belongs to another user's daemon") ? 0 : 1);
+				      strstr(folder->why, "it belongs to another user's daemon") ?
+			      0 :
+			      1);
 	}
 	assert_int_equal(waitpid(pid, &status, 0), pid);
 	assert_int_equal(WEXITSTATUS(status), 0);
@@ -233,8 +234,8 @@ static void nothing_is_mapped_from_anywhere_else(void **state)
 	struct folder *folder = *state;
 	struct shm_device *mill;
 	struct shm_host *host = folder_host_mill(folder, &mill);
-	pokeys_client *client = folder_client(folder, POKEYS_CLIENT_COMMANDER |
-					      POKEYS_CLIENT_EVENTS);
+	pokeys_client *client = folder_client(folder,
+					      POKEYS_CLIENT_COMMANDER | POKEYS_CLIENT_EVENTS);
 	char line[512], mode[8];
 	int mapped = 0;
 	FILE *maps;
@@ -313,7 +314,7 @@ static int look_as_member(const struct folder *folder)
 	snprintf(root, sizeof(root), "%s/current", folder->path);
 	snprintf(services, sizeof(services), "%s/services", root);
 	snprintf(nodes, sizeof(nodes), "%s/nodes", root);
-	if (writable(root, ".blackboard_data") != 2)	/* command and wish */
+	if (writable(root, ".blackboard_data") != 2) /* command and wish */
 		return 1;
 	if (writable(root, ".dynamic") != 5)
 		return 2;

@@ -55,7 +55,7 @@ static void data_are_as_old_as_the_older_half(void **unused)
 	const uint64_t now = 10 * SECOND;
 
 	(void)unused;
-	assert_true(pokeys_state_age_ns(&state, now) == SECOND);	/* it has no axes */
+	assert_true(pokeys_state_age_ns(&state, now) == SECOND); /* it has no axes */
 	state.capability.pulse_engine = 2;
 	assert_true(pokeys_state_age_ns(&state, now) == 2 * SECOND);
 	state.t_digital_ns = 7 * SECOND;

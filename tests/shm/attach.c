@@ -191,7 +191,8 @@ static void second_daemon_is_refused_by_name(void **state)
 	char who[48];
 
 	assert_int_equal(shm_host_open(&other, folder->path, NULL, NULL, folder->why,
-				       sizeof(folder->why)), -EBUSY);
+				       sizeof(folder->why)),
+			 -EBUSY);
 	snprintf(who, sizeof(who), "another pokeysd (pid %ld)", (long)getpid());
 	assert_non_null(strstr(folder->why, who));
 	shm_host_close(host);
@@ -275,8 +276,9 @@ static void unknown_device_is_refused_by_name(void **state)
 
 static void names_that_cannot_be_are_refused(void **state)
 {
-	static const char *const bad[] = { "", "a/b", "..", "a b", "mill\n",
-					   "a234567890123456789012345678901-", NULL };
+	static const char *const bad[] = { "",    "a/b",    "..",
+					   "a b", "mill\n", "a234567890123456789012345678901-",
+					   NULL };
 	struct folder *folder = *state;
 	struct shm_device *mill, *other;
 	struct shm_host *host = folder_host_mill(folder, &mill);
@@ -286,7 +288,8 @@ static void names_that_cannot_be_are_refused(void **state)
 		assert_int_equal(pokeys_client_open(&client, folder->path, bad[i], "test", 0),
 				 -EINVAL);
 		assert_int_equal(shm_host_add(host, bad[i], &other, folder->why,
-					      sizeof(folder->why)), -EINVAL);
+					      sizeof(folder->why)),
+				 -EINVAL);
 	}
 	assert_int_equal(pokeys_client_open(&client, "run", "mill", "test", 0), -EINVAL);
 	assert_int_equal(pokeys_client_open(&client, folder->path, "mill", "test", 1u << 9),

@@ -72,7 +72,7 @@ static void an_empty_or_foreign_cell_is_filled_whole(void **state)
 	queue(5);
 	memset(cell, 0, sizeof(cell));
 	cell[0].session = 7;
-	cell[0].one_shot_head = 5;	/* but it is not one of ours */
+	cell[0].one_shot_head = 5; /* but it is not one of ours */
 	command_cell_fill(&cell[0], &command);
 	assert_whole(&cell[0]);
 	cell[1] = cell[0];

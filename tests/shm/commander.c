@@ -168,7 +168,8 @@ static void other_devices_keep_their_commander(void **state)
 	pid_t commander;
 
 	assert_int_equal(pokeys_client_open(&client, folder->path, "lathe", "test",
-					    POKEYS_CLIENT_COMMANDER), 0);
+					    POKEYS_CLIENT_COMMANDER),
+			 0);
 	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_ATTACHED);
 	pokeys_client_write(client, &command);
 	commander = folder_peer(folder, "commander", said);

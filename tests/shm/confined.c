@@ -27,7 +27,7 @@ enum { NO_FILTER = 99, REFUSED = 1, WRONG_MODE = 2 };
 	BPF_JUMP(BPF_JMP | BPF_JSET | BPF_K, S_ISUID | S_ISGID, 0, 1),		\
 	BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EPERM)
 
-#ifdef SYS_mkdir	/* newer architectures have the *at calls only */
+#ifdef SYS_mkdir /* newer architectures have the *at calls only */
 #define FORBID_OLD FORBID(SYS_mkdir, 1), FORBID(SYS_chmod, 1),
 #else
 #define FORBID_OLD
@@ -36,18 +36,20 @@ enum { NO_FILTER = 99, REFUSED = 1, WRONG_MODE = 2 };
 static int forbid_set_id(void)
 {
 	struct sock_filter program[] = {
-		FORBID_OLD
-		FORBID(SYS_fchmod, 1),
+		FORBID_OLD FORBID(SYS_fchmod, 1),
 		FORBID(SYS_fchmodat, 2),
 		FORBID(SYS_mkdirat, 2),
 		BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
 	};
 	const struct sock_fprog filter = {
-		.len = sizeof(program) / sizeof(program[0]), .filter = program,
+		.len = sizeof(program) / sizeof(program[0]),
+		.filter = program,
 	};
 
 	return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) ||
-	       prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter, 0, 0) ? -1 : 0;
+			       prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter, 0, 0) ?
+		       -1 :
+		       0;
 }
 
 /* The umask is the unit's. */
@@ -70,8 +72,7 @@ static int open_confined(struct folder *folder, const char *group)
 		return REFUSED;
 	}
 	snprintf(path, sizeof(path), "%s/current/.", folder->path);
-	if (stat(path, &status) || (status.st_mode & 05777) != 0750 ||
-	    status.st_gid != gid)
+	if (stat(path, &status) || (status.st_mode & 05777) != 0750 || status.st_gid != gid)
 		r = WRONG_MODE;
 	shm_host_close(host);
 	return r;
@@ -121,11 +122,11 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup_teardown(
-			folder_that_is_right_needs_no_set_group_id_bit_again,
-			folder_begin, folder_end),
+			folder_that_is_right_needs_no_set_group_id_bit_again, folder_begin,
+			folder_end),
 		cmocka_unit_test_setup_teardown(
-			folder_goes_to_another_group_without_asking_for_the_bit,
-			folder_begin, folder_end),
+			folder_goes_to_another_group_without_asking_for_the_bit, folder_begin,
+			folder_end),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);

@@ -73,9 +73,27 @@ static void restore(const struct file *damaged)
 static uint64_t odd_number(void)
 {
 	static const uint64_t odd[] = {
-		0, 1, 2, 3, 7, 8, 15, 16, 64, 4095, 4096, 65536, UINT64_MAX, UINT64_MAX - 1,
-		UINT64_MAX - 7, INT64_MAX, (uint64_t)INT64_MIN, UINT32_MAX, 1ull << 32,
-		0x7fffffffe000, 0xffff800000000000,
+		0,
+		1,
+		2,
+		3,
+		7,
+		8,
+		15,
+		16,
+		64,
+		4095,
+		4096,
+		65536,
+		UINT64_MAX,
+		UINT64_MAX - 1,
+		UINT64_MAX - 7,
+		INT64_MAX,
+		(uint64_t)INT64_MIN,
+		UINT32_MAX,
+		1ull << 32,
+		0x7fffffffe000,
+		0xffff800000000000,
 	};
 
 	return rand() % 4 ? odd[(size_t)rand() % (sizeof(odd) / sizeof(*odd))] :
@@ -110,7 +128,10 @@ static void damage_stretch(unsigned char *bytes, size_t size)
 static const struct file *damage(void)
 {
 	static void (*const ways[])(unsigned char *, size_t) = {
-		damage_words, damage_words, damage_bytes, damage_stretch,
+		damage_words,
+		damage_words,
+		damage_bytes,
+		damage_stretch,
 	};
 	const struct file *file = &files[(size_t)rand() % count];
 	unsigned char bytes[BYTES_MAX];
@@ -206,7 +227,7 @@ static void in_a_process(struct folder *folder, const char *root,
 	pid = fork();
 	if (!pid) {
 		for (size_t i = 0; i < sizeof(fatal) / sizeof(*fatal); i++)
-			signal(fatal[i], SIG_DFL);	/* cmocka would go on */
+			signal(fatal[i], SIG_DFL); /* cmocka would go on */
 		if (iox_node_open(root, "test", &node, NULL))
 			_exit(3);
 		work(node, times);
@@ -358,7 +379,8 @@ static void what_others_put_there_is_not_mapped(void **state)
 	}
 	for (size_t i = 0; i < count; i++)
 		assert_int_equal(strstr(files[i].path, ".dynamic") &&
-				 chown(files[i].path, 4001, 4001), 0);
+					 chown(files[i].path, 4001, 4001),
+				 0);
 	assert_non_null(strstr(attempt(folder), "a file is not the one that pokeysd made"));
 	for (size_t i = 0; i < count; i++)
 		assert_int_equal(chown(files[i].path, 0, 0), 0);

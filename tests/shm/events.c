@@ -12,8 +12,9 @@
 static void say_events(struct shm_device *device, uint64_t first, uint64_t last)
 {
 	for (uint64_t i = first; i <= last; i++) {
-		struct pokeys_event event = { .t_ns = i, .wall_ns = ~i, .level = 4,
-					      .held = (uint32_t)i, .kind = "link" };
+		struct pokeys_event event = {
+			.t_ns = i, .wall_ns = ~i, .level = 4, .held = (uint32_t)i, .kind = "link"
+		};
 
 		memset(event.text, (int)('a' + i % 26), sizeof(event.text) - 1);
 		shm_device_write_event(device, &event);
@@ -66,7 +67,8 @@ static void events_come_once_and_the_last_are_kept(void **state)
 	for (uint64_t i = 0; i < POKEYS_EVENTS_KEPT; i++)
 		assert_event(&events[i], 1001 - POKEYS_EVENTS_KEPT + i);
 	assert_int_equal(pokeys_client_read_events(client, &cursor, events, sizeof(events[0]) - 8,
-						   200), -EINVAL);
+						   200),
+			 -EINVAL);
 	pokeys_client_close(client);
 	shm_host_close(host);
 }
@@ -86,7 +88,7 @@ static void the_next_daemons_events_begin_anew(void **state)
 	assert_int_equal(read_events(client, &cursor, events, 8), 3);
 	say_events(mill, 4, 4);
 	shm_host_close(host);
-	assert_int_equal(read_events(client, &cursor, events, 8), 1);	/* its last words */
+	assert_int_equal(read_events(client, &cursor, events, 8), 1); /* its last words */
 	host = folder_host_mill(folder, &mill);
 	say_events(mill, 1, 2);
 	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_ATTACHED);

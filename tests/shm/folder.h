@@ -17,9 +17,9 @@
 #include "shm/host.h"
 
 struct folder {
-	char base[24];		/* private folder around it */
-	char path[32];		/* the runtime folder; not made yet */
-	char why[256];		/* what was said last */
+	char base[24]; /* private folder around it */
+	char path[32]; /* the runtime folder; not made yet */
+	char why[256]; /* what was said last */
 };
 
 /* cmocka set-up and tear-down; *state is a struct folder. */

@@ -123,7 +123,7 @@ static void thread_is_gone_after_close(void **state)
 		client = folder_client(*state, 0);
 		assert_int_equal(pokeys_client_follow(client, 10000), 0);
 		wait_for_follower();
-		pokeys_client_close(client);	/* at once, not after ten seconds */
+		pokeys_client_close(client); /* at once, not after ten seconds */
 		/* the kernel lists it a little longer than it runs */
 		began = folder_now_ns();
 		while (count_followers(NULL) && folder_now_ns() - began < UINT64_C(5000000000))
@@ -240,7 +240,8 @@ static void two_clients_of_one_process_do_not_disturb_each_other(void **state)
 	struct shm_host *host;
 
 	assert_int_equal(pokeys_client_open(&lathe, folder->path, "lathe", "test",
-					    POKEYS_CLIENT_COMMANDER), 0);
+					    POKEYS_CLIENT_COMMANDER),
+			 0);
 	assert_int_equal(pokeys_client_follow(mill, 1), 0);
 	assert_int_equal(pokeys_client_follow(lathe, 1), 0);
 	for (int i = 0; i < 50; i++) {

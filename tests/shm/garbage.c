@@ -64,7 +64,7 @@ static void foreign_links_are_refused(void **state)
 {
 	static const char *const targets[] = {
 		"/etc", "..", "e.", "e.xyz", "e.12/../../etc", "e.0123456789abcdef0123456789",
-		"E.12", " ", NULL,
+		"E.12", " ",  NULL,
 	};
 	struct folder *folder = *state;
 
@@ -108,8 +108,16 @@ static void manifests_that_are_none_are_refused(void **state)
 {
 	static const char good[] = "iceoryx2 0.10.0\nstate 1 1 8\ndiag 1 1 8\ncommand 1 1 8\n";
 	static const char *const bad[] = {
-		"", "\n", "hello", "iceoryx2 0.10.0\n", "state 1\n", "state x y z\n",
-		"device ../../etc\n", "device \n", "device a b\n", NULL,
+		"",
+		"\n",
+		"hello",
+		"iceoryx2 0.10.0\n",
+		"state 1\n",
+		"state x y z\n",
+		"device ../../etc\n",
+		"device \n",
+		"device a b\n",
+		NULL,
 	};
 	struct folder *folder = *state;
 	char text[256];
@@ -126,7 +134,7 @@ static void manifests_that_are_none_are_refused(void **state)
 		attempt(folder);
 		assert_string_not_equal(folder->why, "ready");
 	}
-	write_manifest(folder, good, sizeof(good));	/* with a NUL at the end */
+	write_manifest(folder, good, sizeof(good)); /* with a NUL at the end */
 	assert_says(folder, "not made by pokeysd");
 	unlink(path_of(folder, "e.1/manifest"));
 	assert_int_equal(mkfifo(path_of(folder, "e.1/manifest"), 0600), 0);
@@ -162,8 +170,8 @@ static size_t file_count;
 static int note_segment(const char *path, const struct stat *status, int type, struct FTW *at)
 {
 	if (type == FTW_F && S_ISREG(status->st_mode) && at->level > 1 &&
-	    !strstr(path, "/nodes/") && !strstr(path, "/manifest") &&
-	    !strstr(path, "/monitor/") && file_count < FILES_MAX)
+	    !strstr(path, "/nodes/") && !strstr(path, "/manifest") && !strstr(path, "/monitor/") &&
+	    file_count < FILES_MAX)
 		snprintf(files[file_count++], sizeof(files[0]), "%s", path);
 	return 0;
 }
@@ -221,7 +229,7 @@ static void damage_each(struct folder *folder, void (*damage)(const char *, off_
 	size_t refused = 0;
 	pid_t daemon;
 
-	for (size_t i = 0; ; i++) {
+	for (size_t i = 0;; i++) {
 		daemon = folder_peer(folder, "host", said);
 		assert_string_equal(said, "ready");
 		folder_end_peer(daemon, SIGKILL);

@@ -97,13 +97,14 @@ static void percentile_counts_the_one_that_completes_the_part(void **state)
 {
 	static const struct {
 		double p;
-		uint32_t quick;		/* of 100 ns, and behind them one of 1 ms */
-		bool late;		/* the late one is needed for the part */
+		uint32_t quick; /* of 100 ns, and behind them one of 1 ms */
+		bool late;      /* the late one is needed for the part */
 	} cases[] = {
 		{ 0.999, 500, true }, { 0.999, 998, true }, { 0.999, 999, false },
-		{ 0.99, 159, false }, { 0.99, 98, true }, { 0.99, 99, false },
-		{ 0.07, 99, false }, { 0.5, 1, false }, { 0.5, 0, true }, { 0.999, 0, true },
-		{ 0.75, 3, false }, { 0.76, 3, true }, { 1e-9, 3, false },
+		{ 0.99, 159, false }, { 0.99, 98, true },   { 0.99, 99, false },
+		{ 0.07, 99, false },  { 0.5, 1, false },    { 0.5, 0, true },
+		{ 0.999, 0, true },   { 0.75, 3, false },   { 0.76, 3, true },
+		{ 1e-9, 3, false },
 	};
 
 	(void)state;

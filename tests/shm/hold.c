@@ -93,7 +93,7 @@ static void without_renewal_nothing_is_written(void **state)
 		} while (heartbeat(mill) == before);
 		await_silence(mill);
 		assert_int_equal(pokeys_client_renew(client), 1);
-		assert_int_equal(pokeys_client_renew(client), 1);	/* it renews nothing */
+		assert_int_equal(pokeys_client_renew(client), 1); /* it renews nothing */
 		await_silence(mill);
 	}
 	pokeys_client_close(client);

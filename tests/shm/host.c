@@ -360,14 +360,16 @@ static void as_many_devices_as_promised(void **state)
 	char names[SHM_DEVICES_MAX + 1][POKEYS_SHM_NAME_MAX];
 
 	assert_int_equal(shm_host_open(&host, folder->path, NULL, NULL, folder->why,
-				       sizeof(folder->why)), 0);
+				       sizeof(folder->why)),
+			 0);
 	for (int i = 0; i < SHM_DEVICES_MAX; i++) {
 		snprintf(names[i], sizeof(names[i]), "device-with-a-really-long-nam%02d", i);
 		assert_int_equal(shm_host_add(host, names[i], &device, folder->why,
-					      sizeof(folder->why)), 0);
+					      sizeof(folder->why)),
+				 0);
 	}
-	assert_int_equal(shm_host_add(host, "one-more", &device, folder->why,
-				      sizeof(folder->why)), -ENOSPC);
+	assert_int_equal(shm_host_add(host, "one-more", &device, folder->why, sizeof(folder->why)),
+			 -ENOSPC);
 	assert_int_equal(shm_host_publish(host, folder->why, sizeof(folder->why)), 0);
 	assert_int_equal(pokeys_shm_devices(folder->path, names, SHM_DEVICES_MAX + 1),
 			 SHM_DEVICES_MAX);

@@ -17,8 +17,8 @@
 #include "tests/shm/layout_text.h"
 
 static const uint64_t published[LAYOUT_IMAGES] = {
-	POKEYS_STATE_HASH, POKEYS_DIAG_HASH, POKEYS_COMMAND_HASH, POKEYS_REPORT_HASH,
-	POKEYS_WISH_HASH,
+	POKEYS_STATE_HASH,  POKEYS_DIAG_HASH, POKEYS_COMMAND_HASH,
+	POKEYS_REPORT_HASH, POKEYS_WISH_HASH,
 };
 
 static void published_hash_is_that_of_the_members(void **state)

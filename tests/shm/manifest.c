@@ -22,8 +22,8 @@ static void make_root(const struct folder *folder, struct manifest *manifest)
 	manifest_init(manifest);
 	manifest->epoch = 0xabcdef;
 	for (int i = 0; i < 3; i++)
-		snprintf(manifest->device[manifest->devices++], POKEYS_SHM_NAME_MAX,
-			 "device-%d", i);
+		snprintf(manifest->device[manifest->devices++], POKEYS_SHM_NAME_MAX, "device-%d",
+			 i);
 	assert_int_equal(manifest_write(folder->path, manifest), 0);
 }
 
@@ -89,8 +89,10 @@ static void segment_outside_the_root_is_not_looked_at(void **state)
 
 static void mutate(char *text, size_t *length, size_t room)
 {
-	static const char *const splinters[] = { "\n", " ", "device ", "segment ", "-1", "%s",
-						 "99999999999999999999999", "state ", "\t" };
+	static const char *const splinters[] = {
+		"\n",     " ", "device ", "segment ", "-1", "%s", "99999999999999999999999",
+		"state ", "\t"
+	};
 	size_t at = (size_t)rand() % (*length + 1);
 	const char *splinter = splinters[(size_t)rand() % (sizeof(splinters) / sizeof(char *))];
 	size_t size = strlen(splinter);

@@ -24,7 +24,10 @@
 #include "tests/shm/folder.h"
 
 enum {
-	OWNER = 4001, GROUP = 4002, MONITOR = 4003, MONITORS = 4004,	/* nobody's numbers */
+	OWNER = 4001,
+	GROUP = 4002,
+	MONITOR = 4003,
+	MONITORS = 4004, /* nobody's numbers */
 	PATHS_MAX = 200,
 };
 
@@ -143,7 +146,7 @@ static void the_next_daemons_file_is_noticed(void **state)
 		assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_ATTACHED);
 		assert_int_equal(pokeys_client_read(client, &image), 0);
 		host = folder_host_mill(folder, &mill);
-		assert_int_equal(pokeys_client_read(client, &image), 0);	/* still the old */
+		assert_int_equal(pokeys_client_read(client, &image), 0); /* still the old */
 		assert_true(image.epoch != shm_host_epoch(host));
 		assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_ATTACHED);
 		assert_int_equal(pokeys_client_read(client, &image), 0);
@@ -183,7 +186,8 @@ static void a_folder_that_somebody_removes_is_told(void **state)
 	assert_int_equal(unlink(path_of(folder, MIRROR_FOLDER "/mill")), 0);
 	assert_int_equal(rmdir(path_of(folder, MIRROR_FOLDER)), 0);
 	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_REFUSED);
-	assert_non_null(strstr(folder_status(folder, client), "is of another version, or somebody "
+	assert_non_null(strstr(folder_status(folder, client),
+			       "is of another version, or somebody "
 			       "has removed its folder monitor; restart pokeysd"));
 	assert_int_equal(pokeys_shm_devices(folder->path, names, 1), -EPROTONOSUPPORT);
 	assert_int_equal(shm_host_maintain(host), -ESTALE);
@@ -223,7 +227,8 @@ static void other_versions_are_refused_in_words(void **state)
 	close(fd);
 	head = good;
 	head.version++;
-	assert_said(folder, &head, sizeof(head), "the daemon speaks mirror version 3, this program "
+	assert_said(folder, &head, sizeof(head),
+		    "the daemon speaks mirror version 3, this program "
 		    "2; install daemon and program of one version");
 	head = good;
 	head.part[MIRROR_REPORT].version = 77;
@@ -254,9 +259,11 @@ static void what_is_no_file_is_refused(void **state)
 	for (int how = 0; how < 4; how++) {
 		const char *path = path_of(folder, MIRROR_FOLDER "/mill");
 
-		assert_int_equal(how == 0 ? mkfifo(path, 0666) : how == 1 ? mkdir(path, 0700) :
+		assert_int_equal(how == 0 ? mkfifo(path, 0666) :
+				 how == 1 ? mkdir(path, 0700) :
 				 how == 2 ? symlink("/etc/passwd", path) :
-				 close(open(path, O_CREAT | O_WRONLY, 0600)), 0);
+					    close(open(path, O_CREAT | O_WRONLY, 0600)),
+				 0);
 		assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_REFUSED);
 		assert_non_null(strstr(folder_status(folder, client), "/monitor/mill: "));
 		assert_int_equal(remove(path), 0);
@@ -269,8 +276,9 @@ static void what_is_no_file_is_refused(void **state)
 /* Any byte of the head, and numbers that a check forgets. */
 static void damage(unsigned char *bytes, size_t size)
 {
-	static const uint32_t odd[] = { 0, 1, 63, 64, 0x7fffffff, 0x80000000, 0xffffffc0,
-					0xffffffff };
+	static const uint32_t odd[] = {
+		0, 1, 63, 64, 0x7fffffff, 0x80000000, 0xffffffc0, 0xffffffff
+	};
 	const int many = 1 + rand() % 4;
 	uint32_t word;
 
@@ -377,8 +385,7 @@ static void damaged_files_do_not_crash_a_reader(void **state)
 
 static void become(uid_t user, gid_t group, gid_t more)
 {
-	if (setgroups(1, &more) || setresgid(group, group, group) ||
-	    setresuid(user, user, user))
+	if (setgroups(1, &more) || setresgid(group, group, group) || setresuid(user, user, user))
 		_exit(99);
 	umask(0);
 	prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -407,7 +414,7 @@ static pid_t start_daemon(struct folder *folder)
 			fprintf(stderr, "%s\n", folder->why);
 		else if (write(pipe_fds[1], "r", 1) != 1)
 			_exit(1);
-		for (uint64_t cycle = 1; ; cycle++) {
+		for (uint64_t cycle = 1;; cycle++) {
 			folder_pattern(&image, cycle);
 			shm_device_write(mill, &image);
 			shm_host_maintain(host);
@@ -433,8 +440,8 @@ static int note_path(const char *path, const struct stat *status, int type, stru
 
 static bool is_mirror(const struct folder *folder, const char *path)
 {
-	return !strncmp(path, path_of(folder, MIRROR_FOLDER), strlen(folder->path) + 1 +
-			strlen(MIRROR_FOLDER));
+	return !strncmp(path, path_of(folder, MIRROR_FOLDER),
+			strlen(folder->path) + 1 + strlen(MIRROR_FOLDER));
 }
 
 /* What may be done to one thing of the daemon's: nothing, but looking where the mirror is. */
@@ -450,8 +457,7 @@ static const char *harm(const struct folder *folder, const char *path)
 		return "opens it";
 	if (!truncate(path, 0) || !chmod(path, 0777) || !chown(path, MONITOR, MONITOR))
 		return "changes it";
-	if (!unlink(path) || !rmdir(path) || !rename(path, elsewhere) ||
-	    !rename(elsewhere, path))
+	if (!unlink(path) || !rmdir(path) || !rename(path, elsewhere) || !rename(elsewhere, path))
 		return "removes it";
 	if (!mkdir(inside, 0777) || !symlink("x", inside) || !mkdir(elsewhere, 0777) ||
 	    open(inside, O_CREAT | O_WRONLY, 0666) >= 0)
@@ -487,9 +493,10 @@ static int try_everything(struct folder *folder, pid_t daemon)
 	}
 	if (mmap(NULL, 4096, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0) != MAP_FAILED ||
 	    !mprotect((void *)(uintptr_t)mmap(NULL, 4096, PROT_READ, MAP_SHARED, fd, 0), 4096,
-		      PROT_READ | PROT_WRITE) || !kill(daemon, SIGTERM))
+		      PROT_READ | PROT_WRITE) ||
+	    !kill(daemon, SIGTERM))
 		return 2;
-	return flock(fd, LOCK_EX) ? 3 : 0;	/* that it may, and nobody minds */
+	return flock(fd, LOCK_EX) ? 3 : 0; /* that it may, and nobody minds */
 }
 
 static uint64_t cycle_of(pokeys_client *client)
@@ -524,7 +531,7 @@ static void who_may_read_may_do_nothing_else(void **state)
 		status = try_everything(folder, daemon);
 		if (status)
 			_exit(status);
-		raise(SIGSTOP);		/* with its lock, and what it has mapped */
+		raise(SIGSTOP); /* with its lock, and what it has mapped */
 		_exit(1);
 	}
 	assert_int_equal(waitpid(pid, &status, WUNTRACED), pid);
@@ -538,7 +545,7 @@ static void who_may_read_may_do_nothing_else(void **state)
 	assert_true(cycle_of(client) >= before + 100);
 	pokeys_client_close(client);
 	folder_end_peer(daemon, SIGKILL);
-	shm_host_close(folder_host_mill(folder, &mill));	/* the next one is not kept out */
+	shm_host_close(folder_host_mill(folder, &mill)); /* the next one is not kept out */
 	folder_end_peer(pid, SIGKILL);
 }
 
@@ -548,7 +555,8 @@ static void a_group_that_cannot_be_had_is_told(void **state)
 	struct shm_host *host;
 
 	assert_int_equal(shm_host_open(&host, folder->path, NULL, "no-such-group", folder->why,
-				       sizeof(folder->why)), -ENOENT);
+				       sizeof(folder->why)),
+			 -ENOENT);
 	assert_non_null(strstr(folder->why, "group 'no-such-group' does not exist"));
 }
 

@@ -69,9 +69,10 @@ static void two_copies_declare_each_other_dead(void **state)
 
 	load(&library);
 	assert_int_equal(library.open(&client, folder->path, "mill", "test",
-				      POKEYS_CLIENT_COMMANDER), 0);
+				      POKEYS_CLIENT_COMMANDER),
+			 0);
 	assert_int_equal(library.poll(client), POKEYS_CLIENT_ATTACHED);
-	assert_int_equal(shm_host_maintain(host), 1);	/* it lives, and was buried */
+	assert_int_equal(shm_host_maintain(host), 1); /* it lives, and was buried */
 	library.close(client);
 	dlclose(library.handle);
 	shm_host_close(host);
@@ -113,7 +114,8 @@ static void library_goes_when_it_is_closed(void **state)
 		load(&library);
 		assert_true(is_mapped("libpokeys_shm.so"));
 		assert_int_equal(library.open(&client, folder->path, "mill", "test",
-					      POKEYS_CLIENT_COMMANDER), 0);
+					      POKEYS_CLIENT_COMMANDER),
+				 0);
 		assert_int_equal(library.follow(client, 1), 0);
 		for (int j = 0; j < 60000 && library.read(client, &image); j++)
 			folder_sleep_ms(1);

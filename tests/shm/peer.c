@@ -180,7 +180,7 @@ int main(int argc, char **argv)
 
 	if (argc != 3)
 		return 2;
-	prctl(PR_SET_PDEATHSIG, SIGKILL);	/* a test that crashes leaves none of us */
+	prctl(PR_SET_PDEATHSIG, SIGKILL); /* a test that crashes leaves none of us */
 	sigaction(SIGTERM, &action, NULL);
 	if (!strcmp(argv[1], "host"))
 		return run_host(argv[2], folder_pattern, 1);

@@ -26,7 +26,7 @@ static void twenty_processes_read_while_the_daemon_publishes(void **state)
 	for (int i = 0; i < MANY; i++) {
 		readers[i] = folder_peer(folder, "reader", said);
 		assert_string_equal(said, "ready");
-		kill(readers[i], SIGSTOP);	/* two cores are not for 20 that spin */
+		kill(readers[i], SIGSTOP); /* two cores are not for 20 that spin */
 	}
 	for (uint64_t cycle = 1; cycle < 1000; cycle++) {
 		folder_pattern(&image, cycle);
@@ -39,7 +39,7 @@ static void twenty_processes_read_while_the_daemon_publishes(void **state)
 		else
 			assert_int_equal(folder_end_peer(readers[i], SIGTERM), 0);
 	}
-	assert_int_equal(shm_host_maintain(host), 0);	/* nobody leaves anything behind */
+	assert_int_equal(shm_host_maintain(host), 0); /* nobody leaves anything behind */
 	shm_host_close(host);
 }
 

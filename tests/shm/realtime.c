@@ -150,11 +150,14 @@ static int forbid_system_calls(void)
 		BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_KILL_PROCESS),
 	};
 	const struct sock_fprog filter = {
-		.len = sizeof(program) / sizeof(program[0]), .filter = program,
+		.len = sizeof(program) / sizeof(program[0]),
+		.filter = program,
 	};
 
 	return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) ||
-	       prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter, 0, 0) ? -1 : 0;
+			       prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter, 0, 0) ?
+		       -1 :
+		       0;
 }
 
 /* In a child; the handles are its own, nothing of iceoryx2 was there before. */
@@ -248,7 +251,7 @@ static void with_locked_memory_there_is_not_even_a_first_fault(void **state)
  * takes the ground from under it and gives it new one.
  */
 struct visitor {
-	pokeys_client *client;		/* or ... */
+	pokeys_client *client; /* or ... */
 	struct shm_device *mill;
 	_Atomic bool stop;
 	_Atomic uint64_t attached, detached;

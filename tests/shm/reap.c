@@ -104,8 +104,14 @@ static void nothing_is_waited_for(void **state)
 static void what_is_no_node_is_left(void **state)
 {
 	static const char *const ids[] = {
-		"", "x", "1x", "-1", "07", "999999999999999999999999999999999999999",
-		"9999999999999999999999999999999999999999999999999", NULL,
+		"",
+		"x",
+		"1x",
+		"-1",
+		"07",
+		"999999999999999999999999999999999999999",
+		"9999999999999999999999999999999999999999999999999",
+		NULL,
 	};
 	struct folder *folder = *state;
 	struct shm_device *mill;

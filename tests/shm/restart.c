@@ -123,7 +123,7 @@ static void killed_daemon_is_followed_by_the_next(void **state)
 	}
 	for (int i = 0; i < CLIENTS; i++)
 		pokeys_client_close(clients[i]);
-	shm_host_close(folder_host_mill(folder, &mill));	/* removes what the last one left */
+	shm_host_close(folder_host_mill(folder, &mill)); /* removes what the last one left */
 }
 
 static void daemon_killed_while_it_starts_is_followed_by_the_next(void **state)
@@ -136,7 +136,7 @@ static void daemon_killed_while_it_starts_is_followed_by_the_next(void **state)
 	srand(folder_seed());
 	for (unsigned int i = 0; i < rounds; i++) {
 		daemon = folder_peer(folder, "host", NULL);
-		usleep((useconds_t)rand() % 8000);	/* it needs about 5 ms */
+		usleep((useconds_t)rand() % 8000); /* it needs about 5 ms */
 		folder_end_peer(daemon, SIGKILL);
 	}
 	shm_host_close(folder_host_mill(folder, &mill));
@@ -156,7 +156,7 @@ static void dead_daemon_stays_readable_until_the_next(void **state)
 	assert_int_equal(pokeys_client_read(client, &before), 0);
 	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_ATTACHED);
 	assert_int_equal(pokeys_client_read(client, &after), 0);
-	assert_int_equal(before.cycle, after.cycle);	/* it ages: the reader's clock tells */
+	assert_int_equal(before.cycle, after.cycle); /* it ages: the reader's clock tells */
 	pokeys_client_close(client);
 	shm_host_close(folder_host_mill(folder, &mill));
 }
@@ -191,7 +191,7 @@ static void dead_daemon_is_cleared_without_a_next_one(void **state)
 	assert_string_equal(folder->why, "");
 	assert_int_equal(count_entries(folder->path), 2 + 1);
 	snprintf(path, sizeof(path), "%s/recorder", folder->path);
-	assert_int_equal(unlink(path), 0);		/* that was the one */
+	assert_int_equal(unlink(path), 0); /* that was the one */
 	assert_int_equal(pokeys_client_read(client, &image), 0);
 	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_DETACHED);
 	assert_non_null(strstr(folder_status(folder, client), "is pokeysd running?"));
@@ -232,7 +232,7 @@ static void where_no_daemon_was_nothing_is_cleared(void **state)
 	assert_int_equal(clear(folder), 0);
 	assert_string_equal(folder->why, "");
 	assert_int_equal(count_entries(folder->path), 2 + 3);
-	touch(folder, "lock");		/* somebody else's */
+	touch(folder, "lock"); /* somebody else's */
 	assert_int_equal(clear(folder), 0);
 	assert_int_equal(count_entries(folder->path), 2 + 4);
 	snprintf(path, sizeof(path), "%s/lock", folder->path);

@@ -203,7 +203,7 @@ static void wish_ends_with_the_daemon_and_the_report_shows_it(void **state)
 	epoch = report.epoch;
 	assert_int_equal(pokeys_client_write_wish(client, &wish), 0);
 	folder_end_peer(daemon, SIGKILL);
-	assert_int_equal(pokeys_client_write_wish(client, &wish), 0);	/* to nobody */
+	assert_int_equal(pokeys_client_write_wish(client, &wish), 0); /* to nobody */
 	assert_int_equal(pokeys_client_read_report(client, &report), 0);
 	host = folder_host_mill(folder, &mill);
 	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_ATTACHED);

@@ -81,7 +81,8 @@ static void flooded_readers_see_whole_images_in_order(void **state)
 	assert_int_equal(pthread_create(&writer, NULL, flood, mill), 0);
 	for (int i = 0; i < THREADS; i++) {
 		readings[i] = (struct reading){
-			.client = folder_client(folder, 0), .reads = reads / THREADS,
+			.client = folder_client(folder, 0),
+			.reads = reads / THREADS,
 		};
 		assert_int_equal(pokeys_client_poll(readings[i].client), POKEYS_CLIENT_ATTACHED);
 		assert_int_equal(pthread_create(&readers[i], NULL, read_many, &readings[i]), 0);
@@ -110,7 +111,7 @@ static void writer_stopped_in_its_write_harms_no_reader(void **state)
 	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_ATTACHED);
 	srand(folder_seed());
 	for (int i = 0; i < 300; i++) {
-		kill(daemon, SIGSTOP);	/* nearly always inside a write */
+		kill(daemon, SIGSTOP); /* nearly always inside a write */
 		waitpid(daemon, NULL, WUNTRACED);
 		for (int j = 0; j < 20; j++) {
 			assert_int_equal(pokeys_client_read(client, &image), 0);
@@ -127,7 +128,7 @@ static void writer_stopped_in_its_write_harms_no_reader(void **state)
 	shm_host_close(folder_host_mill(folder, (struct shm_device *[1]){ NULL }));
 }
 
-#ifndef __SANITIZE_THREAD__	/* a data race on purpose */
+#ifndef __SANITIZE_THREAD__ /* a data race on purpose */
 static void *flood_bare(void *argument)
 {
 	struct pokeys_state *bare = argument;

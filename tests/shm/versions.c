@@ -195,12 +195,24 @@ static void service_of_another_type_cannot_be_opened(void **state)
 static void spoil(struct pokeys_state *image, int how)
 {
 	switch (how) {
-	case 0: image->magic ^= 1; break;
-	case 1: image->version++; break;
-	case 2: image->size_units--; break;
-	case 3: image->hash ^= UINT64_C(1) << 63; break;
-	case 4: memset(image, 0xa5, sizeof(*image)); break;
-	default: memset(image, 0, sizeof(*image)); break;
+	case 0:
+		image->magic ^= 1;
+		break;
+	case 1:
+		image->version++;
+		break;
+	case 2:
+		image->size_units--;
+		break;
+	case 3:
+		image->hash ^= UINT64_C(1) << 63;
+		break;
+	case 4:
+		memset(image, 0xa5, sizeof(*image));
+		break;
+	default:
+		memset(image, 0, sizeof(*image));
+		break;
 	}
 }
 

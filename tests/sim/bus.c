@@ -391,8 +391,7 @@ int main(void)
 		cmocka_unit_test(i2c_finds_only_what_is_there),
 		cmocka_unit_test(i2c_starts_say_that_the_transfer_is_under_way),
 		cmocka_unit_test(the_thermometer_is_found_and_read),
-		cmocka_unit_test(
-			a_one_wire_result_stands_twice_and_tells_whether_the_bus_is_on),
+		cmocka_unit_test(a_one_wire_result_stands_twice_and_tells_whether_the_bus_is_on),
 		cmocka_unit_test(spi_and_uart_loop_back),
 		cmocka_unit_test(a_uart_takes_no_more_than_fits),
 		cmocka_unit_test(can_messages_pass_their_filter),

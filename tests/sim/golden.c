@@ -38,8 +38,7 @@ static void check_reply(const char *name, const uint8_t *rq, size_t len, bool an
 		fail_msg("%s: %zu bytes of reply", name, got);
 	if (!answered)
 		return;
-	if (rp[0] != WIRE_REPLY || rp[1] != rq[1] || rp[6] != last[6] ||
-	    rp[7] != wire_checksum(rp))
+	if (rp[0] != WIRE_REPLY || rp[1] != rq[1] || rp[6] != last[6] || rp[7] != wire_checksum(rp))
 		fail_msg("%s: bad header", name);
 	if (dev.stats.unknown != unknown)
 		fail_msg("%s: answered as unknown", name);
@@ -62,7 +61,7 @@ static void every_captured_request_is_answered(void **state)
 		size_t len;
 
 		if (*line == '#' || !request || !rest || !strcmp(request, "empty"))
-			continue;	/* searches are in identity.c */
+			continue; /* searches are in identity.c */
 		len = from_hex(request, rq, sizeof(rq));
 		check_reply(name, rq, len, *rest != '-');
 		rows++;

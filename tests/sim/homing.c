@@ -16,8 +16,9 @@ static struct sim_mechanics *machine(unsigned int axis)
 /* The vendor's third example: 15 kHz, 0.06, 10 % and 50 %, home below -2000. */
 static void start(uint8_t options, uint8_t switches)
 {
-	struct sim_switch home = { .wired = true, .pin = SIM_DEDICATED, .from = INT32_MIN,
-				   .to = -2000 };
+	struct sim_switch home = {
+		.wired = true, .pin = SIM_DEDICATED, .from = INT32_MIN, .to = -2000
+	};
 
 	talk_start(&t, 0);
 	talk_axes(&t, 3);
@@ -80,8 +81,7 @@ static void the_acceptance_values_of_the_sheet_are_met(void **state)
 static void the_states_follow_each_other(void **state)
 {
 	static const uint8_t want[] = { SIM_AX_HOMING_START, SIM_AX_HOMING_SEARCH,
-					SIM_AX_HOMING_BACK, SIM_AX_HOMING_RESETTING,
-					SIM_AX_HOME };
+					SIM_AX_HOMING_BACK, SIM_AX_HOMING_RESETTING, SIM_AX_HOME };
 	unsigned int seen = 0;
 
 	(void)state;
@@ -166,8 +166,9 @@ static void an_axis_already_on_its_switch_only_backs_off(void **state)
 
 static void inverted_homing_searches_the_other_way(void **state)
 {
-	struct sim_switch far = { .wired = true, .pin = SIM_DEDICATED, .from = 1500,
-				  .to = INT32_MAX };
+	struct sim_switch far = {
+		.wired = true, .pin = SIM_DEDICATED, .from = 1500, .to = INT32_MAX
+	};
 
 	(void)state;
 	start(TALK_MOVING | SIM_AC_INVERTED_HOME, SIM_SW_HOME);
@@ -190,8 +191,9 @@ static void the_back_off_goes_on_into_the_free(void **state)
 
 static void a_limit_shared_with_home_does_not_trip_while_homing(void **state)
 {
-	struct sim_switch minus = { .wired = true, .pin = SIM_DEDICATED, .from = INT32_MIN,
-				    .to = -1000 };
+	struct sim_switch minus = {
+		.wired = true, .pin = SIM_DEDICATED, .from = INT32_MIN, .to = -1000
+	};
 
 	(void)state;
 	start(TALK_MOVING, SIM_SW_LIMIT_MINUS | SIM_SW_HOME_ON_MINUS);
@@ -207,8 +209,9 @@ static void a_limit_shared_with_home_does_not_trip_while_homing(void **state)
 
 static void another_limit_ends_homing(void **state)
 {
-	struct sim_switch minus = { .wired = true, .pin = SIM_DEDICATED, .from = INT32_MIN,
-				    .to = -500 };
+	struct sim_switch minus = {
+		.wired = true, .pin = SIM_DEDICATED, .from = INT32_MIN, .to = -500
+	};
 
 	(void)state;
 	start(TALK_MOVING, SIM_SW_LIMIT_MINUS | SIM_SW_HOME);

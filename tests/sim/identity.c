@@ -8,7 +8,10 @@ static struct talk t;
 static void start(uint8_t hardware, const char *name)
 {
 	struct sim_device_options options = {
-		.hardware = hardware, .serial = 65432, .user_id = 7, .name = name,
+		.hardware = hardware,
+		.serial = 65432,
+		.user_id = 7,
+		.name = name,
 		.ip = { 127, 0, 0, 1 },
 	};
 
@@ -20,8 +23,9 @@ static void start(uint8_t hardware, const char *name)
 static void device_data_has_the_serial_twice_in_both_byte_orders(void **state)
 {
 	static const uint8_t head[] = { 0xFF, 0x98, 0x37, 0x0F };
-	static const uint8_t block[] = { 'P', 'K', 'E', 'x', 0x98, 0xFF, 0, 0, 0x37, 0x0F, 0x20,
-					 7 };
+	static const uint8_t block[] = {
+		'P', 'K', 'E', 'x', 0x98, 0xFF, 0, 0, 0x37, 0x0F, 0x20, 7
+	};
 
 	(void)state;
 	start(WIRE_HW_57CNC, NULL);
@@ -130,8 +134,8 @@ static void load_is_what_the_bench_says(void **state)
 
 static void a_search_is_answered_as_series_57(void **state)
 {
-	static const uint8_t want[19] = { 7, 0, 0, 0x37, 0x0F, 127, 0, 0, 1, 0, 10, 1, 2, 3,
-					  0x98, 0xFF, 0, 0, 0x20 };
+	static const uint8_t want[19] = { 7,  0, 0, 0x37, 0x0F, 127,  0, 0, 1,   0,
+					  10, 1, 2, 3,    0x98, 0xFF, 0, 0, 0x20 };
 	static const uint8_t asker[4] = { 10, 1, 2, 3 };
 	uint8_t reply[SIM_DISCOVERY_MAX];
 

@@ -326,8 +326,7 @@ static void truncation_gives_every_shorter_length(void **state)
 	sim_link_init(&link, &options, seed);
 	for (int i = 0; i < 3000; i++) {
 		sim_link_push(&link, SIM_LINK_REQUEST, 0, packet, 64);
-		assert_true(sim_link_pop_from(&link, SIM_LINK_REQUEST, 0, NULL, packet, 64,
-					      &len));
+		assert_true(sim_link_pop_from(&link, SIM_LINK_REQUEST, 0, NULL, packet, 64, &len));
 		assert_true(len < 64);
 		seen |= UINT64_C(1) << len;
 	}

@@ -27,8 +27,7 @@ static void check_row(const struct wire_op_row *row, uint8_t byte)
 	wire_encode_req(row->op, t.rq, row->req->size ? value : NULL);
 	talk_send(&t);
 	if (wire_match_reply(row, t.rq, t.rp) != WIRE_OK)
-		fail_msg("%s: %s", row->name,
-			 wire_reason_name(wire_match_reply(row, t.rq, t.rp)));
+		fail_msg("%s: %s", row->name, wire_reason_name(wire_match_reply(row, t.rq, t.rp)));
 }
 
 static void every_operation_is_answered_so_that_it_matches(void **state)

@@ -83,8 +83,7 @@ static void moves_retargeted_on_the_way_end_on_the_last_target(void **state)
 		int changes = 5;
 		int slots = 0;
 
-		while ((p.position != target || p.speed != 0 || changes) &&
-		       slots++ < SLOTS_MOST) {
+		while ((p.position != target || p.speed != 0 || changes) && slots++ < SLOTS_MOST) {
 			double before = p.speed;
 
 			if (changes && sim_prng_chance(&prng, 0.02)) {

@@ -18,8 +18,9 @@ static void probe_to(int32_t most, uint8_t input, uint8_t level)
 
 static void put_probe(uint8_t pin)
 {
-	struct sim_switch probe = { .wired = true, .normally_open = true, .pin = pin,
-				    .from = 700, .to = INT32_MAX };
+	struct sim_switch probe = {
+		.wired = true, .normally_open = true, .pin = pin, .from = 700, .to = INT32_MAX
+	};
 
 	sim_bench_switch(&t.dev, &t.dev.bench.machine.probe, &probe);
 }

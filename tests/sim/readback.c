@@ -8,11 +8,11 @@
 struct row {
 	const char *name;
 	uint8_t op;
-	uint8_t write[4];	/* parameters of the request which writes */
-	uint8_t read[4];	/* and of the one which reads */
-	uint8_t read_op;	/* when it is another operation; 0: the same */
-	uint8_t first, last;	/* payload bytes which are the setting, 0 none */
-	uint8_t params;		/* parameter bytes compared, bit n = parameter n + 1 */
+	uint8_t write[4];    /* parameters of the request which writes */
+	uint8_t read[4];     /* and of the one which reads */
+	uint8_t read_op;     /* when it is another operation; 0: the same */
+	uint8_t first, last; /* payload bytes which are the setting, 0 none */
+	uint8_t params;      /* parameter bytes compared, bit n = parameter n + 1 */
 };
 
 static const struct row rows[] = {
@@ -161,7 +161,7 @@ static void a_locked_device_takes_no_setting(void **state)
 	assert_int_equal(talk_ask(&t, 0x00, 0, 0)[58], 1);
 	for (unsigned int i = 0; i < ROWS; i++) {
 		if (rows[i].op == 0xCB)
-			continue;	/* duties are set while running */
+			continue; /* duties are set while running */
 		write_row(&t, &rows[i], i);
 		check(!is_as_written(&t, &rows[i], i), rows[i].name);
 	}

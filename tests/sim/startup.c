@@ -135,8 +135,7 @@ static void bad_options_are_refused_in_one_line(void **state)
 		{ "--spin=1", "--spin: takes no value" },
 		{ "--preset mill",
 		  "--preset: 'mill' is not factory|loopback|demo|printer|servo-mill" },
-		{ "--delay-us a",
-		  "--delay-us: 'a' is not US, LOW-HIGH or heavy:LOW:HIGH[:ALPHA]" },
+		{ "--delay-us a", "--delay-us: 'a' is not US, LOW-HIGH or heavy:LOW:HIGH[:ALPHA]" },
 		{ "--hiccup -1", "--hiccup: '-1' is not 0..1" },
 	};
 

@@ -7,7 +7,7 @@ static struct talk t;
 static void set_failsafe(uint8_t tenths, uint8_t peripherals)
 {
 	talk_begin(&t, 0x81, 1, tenths, peripherals, 0);
-	t.rq[8 + 2] = 0x10;		/* pin 20, counted from 0 */
+	t.rq[8 + 2] = 0x10; /* pin 20, counted from 0 */
 	t.rq[15] = 0x77;
 	t.rq[25] = 50;
 	talk_send(&t);
@@ -120,7 +120,7 @@ static void the_clock_runs_through_a_leap_day(void **state)
 	assert_int_equal(t.rp[8], 1);
 	assert_int_equal(t.rp[9], 0);
 	assert_int_equal(t.rp[10], 0);
-	assert_int_equal(t.rp[11], 2);		/* a Tuesday */
+	assert_int_equal(t.rp[11], 2); /* a Tuesday */
 	assert_int_equal(t.rp[12], 29);
 	assert_int_equal(t.rp[13], 2);
 	assert_int_equal(wire_get_u16(t.rp + 14), 60);
@@ -129,8 +129,9 @@ static void the_clock_runs_through_a_leap_day(void **state)
 
 static void the_clock_agrees_with_the_sheets_example(void **state)
 {
-	static const uint8_t want[12] = { 0x1e, 0x2d, 0x0c, 0x02, 0x12, 0x0b, 0x42, 0x01, 0xe9,
-					  0x07 };
+	static const uint8_t want[12] = {
+		0x1e, 0x2d, 0x0c, 0x02, 0x12, 0x0b, 0x42, 0x01, 0xe9, 0x07
+	};
 
 	(void)state;
 	talk_start(&t, 0);
@@ -180,8 +181,7 @@ static void a_gap_of_days_is_lived_through_in_an_instant(void **state)
 	(void)state;
 	talk_start(&t, 0);
 	t.now_ns += 86400000 * MS * 50;
-	assert_int_equal(wire_get_u32(talk_ask(&t, 0xCF, 0, 0) + 2),
-			 (uint32_t)(86400000ull * 50));
+	assert_int_equal(wire_get_u32(talk_ask(&t, 0xCF, 0, 0) + 2), (uint32_t)(86400000ull * 50));
 }
 
 int main(void)

@@ -20,7 +20,7 @@ struct talk {
 	struct sim_device dev;
 	uint64_t now_ns;
 	uint8_t id;
-	uint8_t rq[WIRE_PK];	/* the next request: fill in, then ask() */
+	uint8_t rq[WIRE_PK]; /* the next request: fill in, then ask() */
 	uint8_t rp[WIRE_PK];
 };
 

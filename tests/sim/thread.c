@@ -174,14 +174,14 @@ static void thread_at_changing_speed(uint8_t mode, double drop, double tolerance
 static void z_follows_the_encoder(void **state)
 {
 	(void)state;
-	thread_at_changing_speed(1, 330, 12);	/* an eightieth of a turn */
+	thread_at_changing_speed(1, 330, 12); /* an eightieth of a turn */
 	thread_at_changing_speed(3, 330, 12);
 }
 
 static void z_follows_the_index(void **state)
 {
 	(void)state;
-	thread_at_changing_speed(0, 100, 80);	/* it knows the turn before only */
+	thread_at_changing_speed(0, 100, 80); /* it knows the turn before only */
 	thread_at_changing_speed(2, 100, 80);
 }
 

@@ -25,7 +25,7 @@ enum { OFF_CYCLES = 50 };
 
 static struct pokeys_command command;
 static double target[POKEYS_SERVOS];
-static unsigned int waits[POKEYS_SERVOS];	/* cycles until it is enabled */
+static unsigned int waits[POKEYS_SERVOS]; /* cycles until it is enabled */
 
 static uint64_t now(void)
 {

@@ -14,8 +14,15 @@
 #include "sim/prng.h"
 #include "tools/config_draft.h"
 
-enum { ENCODER_ON = 1, ENCODER_1X = 0, FUNCTION_ANALOG = 8, FUNCTION_OUTPUT = 4,
-       FUNCTION_INVERTED = 0x80, SOFT_LIMITS = 32, POSITION = 13 };
+enum {
+	ENCODER_ON = 1,
+	ENCODER_1X = 0,
+	FUNCTION_ANALOG = 8,
+	FUNCTION_OUTPUT = 4,
+	FUNCTION_INVERTED = 0x80,
+	SOFT_LIMITS = 32,
+	POSITION = 13
+};
 
 static struct pokeys_settings device;
 static struct config config;
@@ -170,10 +177,12 @@ static void a_reason_is_at_its_own_line(void **state)
 		device.axis[i].pin_enable = 7;
 	draft();
 	for (int i = 1; i < 4; i++) {
-		snprintf(wanted, sizeof(wanted), "\n# pokeysd rejects this line: "
+		snprintf(wanted, sizeof(wanted),
+			 "\n# pokeysd rejects this line: "
 			 "axis.%d.enable-pin: terminal 7 is used by axis.0.enable-pin as well, and "
 			 "can only be used by one of them; remove the other\n"
-			 "; axis.%d.enable-pin = 7\n", i, i);
+			 "; axis.%d.enable-pin = 7\n",
+			 i, i);
 		if (!strstr(text, wanted))
 			fail_msg("no %s in:\n%s", wanted, text);
 	}

@@ -54,17 +54,16 @@ static void show_is_a_section_of_the_file(void **state)
 	report.device.generator = 9;
 	config_print_show("mill", 65432, &report, to);
 	fclose(to);
-	assert_string_equal(out,
-			    "[device mill]\n"
-			    "serial = 65432\n"
-			    "digital-inputs = 1-6,8\n"
-			    "axes = 3\n"
-			    "; generator: the device has 9, for which there is no word\n"
-			    "generator-swap = off\n"
-			    "generator-extended-io = off\n"
-			    "axis.2.max-speed = 25000\n"
-			    "device-name = mill\n"
-			    "; terminal 10: function 0x61, for which there is no key\n");
+	assert_string_equal(out, "[device mill]\n"
+				 "serial = 65432\n"
+				 "digital-inputs = 1-6,8\n"
+				 "axes = 3\n"
+				 "; generator: the device has 9, for which there is no word\n"
+				 "generator-swap = off\n"
+				 "generator-extended-io = off\n"
+				 "axis.2.max-speed = 25000\n"
+				 "device-name = mill\n"
+				 "; terminal 10: function 0x61, for which there is no key\n");
 }
 
 static void difference_is_one_line_with_both_values(void **state)
@@ -84,10 +83,9 @@ static void difference_is_one_line_with_both_values(void **state)
 	set(&report.device, "axis.#.soft-limits", 0, "on");
 	assert_int_equal(config_print_diff(&report, to), 2);
 	fclose(to);
-	assert_string_equal(out,
-			    "terminal 32: digital output, inverted is wanted, the device has "
-			    "digital output\n"
-			    "axis.0.max-speed: 40000 is wanted, the device has 25000\n");
+	assert_string_equal(out, "terminal 32: digital output, inverted is wanted, the device has "
+				 "digital output\n"
+				 "axis.0.max-speed: 40000 is wanted, the device has 25000\n");
 }
 
 static void nothing_wanted_differs_in_nothing(void **state)
@@ -118,8 +116,7 @@ static void what_the_device_does_not_have_is_no_difference_once_all_is_applied(v
 static void anything_is_printed_safely(void **state)
 {
 	const char *text = getenv("POKEYS_SEED");
-	unsigned int seed = text ? (unsigned int)strtoul(text, NULL, 10) :
-			    (unsigned int)time(NULL);
+	unsigned int seed = text ? (unsigned int)strtoul(text, NULL, 10) : (unsigned int)time(NULL);
 	struct pokeys_report report;
 	unsigned char *bytes = (unsigned char *)&report;
 

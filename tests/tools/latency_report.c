@@ -93,7 +93,7 @@ static void another_daemon_counts_from_zero(void **state)
 	assert_int_equal(part.max_ns, 500);
 	add(&after, 500);
 	add(&after, 500);
-	latency_since(&before, &after, &part);		/* it has counted more meanwhile */
+	latency_since(&before, &after, &part); /* it has counted more meanwhile */
 	assert_int_equal(part.count, 3);
 	assert_int_equal(part.sum_ns, 1500);
 	assert_int_equal(part.bucket[pokeys_histogram_bucket(10000)], 0);
@@ -103,9 +103,14 @@ static void another_daemon_counts_from_zero(void **state)
 static void odd(struct latency_run *run)
 {
 	*run = (struct latency_run){
-		.kernel = "6.<&>\"\x1b\xff", .is_virtual = -1, .seconds = 1, .period_ns = 1000000,
-		.note = "a \"note\"", .count = 3,
-		.series = { { .title = "one", .cpu = 1 }, { .title = "late<", .cpu = 0 },
+		.kernel = "6.<&>\"\x1b\xff",
+		.is_virtual = -1,
+		.seconds = 1,
+		.period_ns = 1000000,
+		.note = "a \"note\"",
+		.count = 3,
+		.series = { { .title = "one", .cpu = 1 },
+			    { .title = "late<", .cpu = 0 },
 			    { .title = "none", .cpu = -1 } },
 	};
 	add(&run->series[0].histogram, 0);

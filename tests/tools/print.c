@@ -85,7 +85,7 @@ static void old_data_of_a_living_daemon_is_stale(void **state)
 	view_judge(device);
 	assert_int_equal(device->freshness, VIEW_STALE);
 	assert_string_equal(device->why, "no answer; check power and cable, then run \"sudo "
-			    "pokeysctl discover\"");
+					 "pokeysctl discover\"");
 }
 
 /* As HAL and the daemon's own flag have it: the older of what every cycle brings. */
@@ -96,7 +96,7 @@ static void old_positions_are_stale_beside_inputs_that_are_not(void **state)
 	(void)state;
 	device->state.t_motion_ns = device->now_ns - 500 * MS;
 	view_judge(device);
-	assert_int_equal(device->freshness, VIEW_FRESH);	/* it has no engine */
+	assert_int_equal(device->freshness, VIEW_FRESH); /* it has no engine */
 	device->state.capability.pulse_engine = 2;
 	assert_non_null(strstr(status_of(device), "stale (data is 500 ms old)"));
 	assert_non_null(strstr(text, "500 ms old, cycle"));
@@ -131,7 +131,7 @@ static void a_reader_that_is_held_blames_nobody(void **state)
 	(void)state;
 	assert_true(view_moment(1000, 900, 2000) == 1000);
 	assert_true(view_moment(1000, 1900, 2000) == 1900);
-	assert_true(view_moment(1000, 3600000, 2000) == 2000);	/* the future stays ahead */
+	assert_true(view_moment(1000, 3600000, 2000) == 2000); /* the future stays ahead */
 }
 
 static void terminals_are_numbered_from_one(void **state)
@@ -140,7 +140,7 @@ static void terminals_are_numbered_from_one(void **state)
 
 	(void)state;
 	device->state.digital_in[0] = 0x81;
-	device->state.digital_in[6] = 0xc0;	/* 55 and a bit that is no pin */
+	device->state.digital_in[6] = 0xc0; /* 55 and a bit that is no pin */
 	assert_non_null(strstr(status_of(device), "inputs on   1 8 55\n"));
 	assert_non_null(strstr(text, "outputs on  none\n"));
 }
@@ -163,11 +163,13 @@ static void the_phase_is_shown_where_somebody_is_followed(void **state)
 	(void)state;
 	assert_non_null(strstr(status_of(device), "phase       off\n"));
 	device->state.phase = (struct pokeys_phase){
-		.state = POKEYS_PHASE_LOCKED, .lead_ns = 124000, .error_ns = -3200,
+		.state = POKEYS_PHASE_LOCKED,
+		.lead_ns = 124000,
+		.error_ns = -3200,
 		.jitter_ns = 5000,
 	};
 	assert_non_null(strstr(status_of(device), "phase       locked, tick 124 us before the "
-			       "read, error -3.2 us, jitter 5 us\n"));
+						  "read, error -3.2 us, jitter 5 us\n"));
 }
 
 /* One that answers, one that has stopped to, one that never did. */
@@ -181,7 +183,9 @@ static void drivers_are_shown_where_there_are_any(void **state)
 	assert_null(strstr(status_of(device), "PoStep"));
 	device->state.t_postep_ns = device->now_ns - 5 * MS;
 	driver[0] = (struct pokeys_postep){
-		.t_update_ns = device->now_ns - 1000 * MS, .supply = 97, .temperature = 41,
+		.t_update_ns = device->now_ns - 1000 * MS,
+		.supply = 97,
+		.temperature = 41,
 		.state = 2,
 	};
 	assert_non_null(strstr(status_of(device), "  PoStep 0    24.25 V 41 C active\n"));
@@ -189,15 +193,16 @@ static void drivers_are_shown_where_there_are_any(void **state)
 	driver[0].step_mode = 4;
 	driver[0].temperature_limit = 85;
 	driver[0].faults = 0x41;
-	assert_non_null(strstr(status_of(device), "PoStep 0    24.25 V 41 C active, step mode "
+	assert_non_null(strstr(status_of(device),
+			       "PoStep 0    24.25 V 41 C active, step mode "
 			       "1/16, limit 85 C, FAULT: over-temperature, stall\n"));
 	driver[0].t_update_ns = device->state.t_postep_ns - 3200 * MS;
 	assert_non_null(strstr(status_of(device), "PoStep 0    SILENT for 3.2 s, FAULT: over-"
-			       "temperature, stall\n"));
+						  "temperature, stall\n"));
 	device->postep_axes = 4;
 	assert_non_null(strstr(status_of(device), "  PoStep 2    NOT HEARD OF\n"));
 	assert_null(strstr(text, "PoStep 1"));
-	driver[0].t_update_ns = device->now_ns;	/* the daemon has died long ago */
+	driver[0].t_update_ns = device->now_ns; /* the daemon has died long ago */
 	device->now_ns += 60000 * MS;
 	assert_non_null(strstr(status_of(device), "PoStep 0    24.25 V 41 C active"));
 }
@@ -218,22 +223,27 @@ static void a_thread_is_shown_and_how_it_ended(void **state)
 	engine->task_phase = POKEYS_TASK_STARTING;
 	engine->task_axes = 5;
 	assert_non_null(strstr(status_of(device), "  threading   beginning, axes 0 2, spindle "
-			       "0/min, index 0, 0 slots behind\n"));
+						  "0/min, index 0, 0 slots behind\n"));
 	engine->task_phase = POKEYS_TASK_WORKING;
 	*threading = (struct pokeys_threading){
-		.waiting = 1, .spindle_rpm = 500, .index_count = 7, .behind = 120,
+		.waiting = 1,
+		.spindle_rpm = 500,
+		.index_count = 7,
+		.behind = 120,
 	};
-	assert_non_null(strstr(status_of(device), "  threading   waiting for the spindle's index, "
+	assert_non_null(strstr(status_of(device),
+			       "  threading   waiting for the spindle's index, "
 			       "axes 0 2, spindle 500/min, index 7, 120 slots behind\n"));
 	engine->task_phase = POKEYS_TASK_STOPPING;
 	assert_non_null(strstr(status_of(device), "  threading   being stopped, axes 0 2"));
 	engine->task_phase = POKEYS_TASK_IDLE;
 	engine->task_result = POKEYS_TASK_STARVED;
 	assert_non_null(strstr(status_of(device), "  threading   NOT OURS (waiting for the "
-			       "spindle's index), it is being cancelled\n"));
+						  "spindle's index), it is being cancelled\n"));
 	threading->waiting = 0;
 	threading->refused = POKEYS_THREADING_MOVING;
-	assert_non_null(strstr(status_of(device), "  threading   the last one: stopped: the motion "
+	assert_non_null(strstr(status_of(device),
+			       "  threading   the last one: stopped: the motion "
 			       "buffer ran dry in the middle of a thread; refused: an axis has not "
 			       "come to rest\n"));
 }
@@ -246,7 +256,9 @@ static void heaters_are_shown_with_what_is_wrong(void **state)
 	(void)state;
 	assert_null(strstr(status_of(device), "heater"));
 	*heater = (struct pokeys_heater){
-		.state = POKEYS_HEATER_OFF, .name = "bed", .temperature = 24.3f,
+		.state = POKEYS_HEATER_OFF,
+		.name = "bed",
+		.temperature = 24.3f,
 	};
 	assert_non_null(strstr(status_of(device), "  heater 1    bed: 24.3 C, off\n"));
 	heater->state = POKEYS_HEATER_HEATING;
@@ -254,39 +266,39 @@ static void heaters_are_shown_with_what_is_wrong(void **state)
 	heater->power = 0.344f;
 	heater->refused = POKEYS_HEATER_OUT_OF_RANGE;
 	assert_non_null(strstr(status_of(device), "  heater 1    bed: 24.3 C, target 60.0 C, power "
-			       "34 %, target refused: target out of range\n"));
+						  "34 %, target refused: target out of range\n"));
 	heater->refused = 0;
 	heater->at_temperature = 1;
 	assert_non_null(strstr(status_of(device), "power 34 %, at temperature\n"));
 	heater->state = POKEYS_HEATER_FAULT;
 	heater->fault = heater->condition = POKEYS_HEATER_OPEN;
 	assert_non_null(strstr(status_of(device), "  heater 1    bed: 24.3 C, FAULT: sensor open, "
-			       "off until it is reset\n"));
+						  "off until it is reset\n"));
 	heater->fault = heater->condition = POKEYS_HEATER_DEVICE;
 	heater->obstacle = POKEYS_OBSTACLE_FAILSAFE;
 	assert_non_null(strstr(status_of(device), "FAULT: device not ready, off until it is reset "
-			       "(the failsafe would leave it on)\n"));
+						  "(the failsafe would leave it on)\n"));
 	heater->fault = 0;
 	heater->state = POKEYS_HEATER_OFF;
 	assert_non_null(strstr(status_of(device), ", off, NOT READY: device not ready (the "
-			       "failsafe would leave it on)\n"));
+						  "failsafe would leave it on)\n"));
 	heater->fault = heater->condition = POKEYS_HEATER_OPEN;
 	heater->obstacle = 0;
 	heater->state = POKEYS_HEATER_STOPPING;
 	assert_non_null(strstr(status_of(device), "off until it is reset, NOT ACKNOWLEDGED: it may "
-			       "still heat\n"));
+						  "still heat\n"));
 	heater->state = POKEYS_HEATER_OFF;
 	heater->fault = 0;
 	heater->temperature = NAN;
 	assert_non_null(strstr(status_of(device), "  heater 1    bed: temperature unknown, off, "
-			       "NOT READY: sensor open\n"));
+						  "NOT READY: sensor open\n"));
 	heater->condition = 0;
 	heater->tuning = POKEYS_HEATER_TUNING_DONE;
 	heater->tuned_p = 22.2f;
 	heater->tuned_i = 1.08f;
 	heater->tuned_d = 114;
 	assert_non_null(strstr(status_of(device), "off, gains found: pid-p = 22.2, pid-i = 1.08, "
-			       "pid-d = 114\n"));
+						  "pid-d = 114\n"));
 }
 
 static void durations_have_three_digits_and_a_unit(void **state)
@@ -340,19 +352,22 @@ static void motors_are_shown_and_nothing_is_minus_zero(void **state)
 	(void)state;
 	assert_null(strstr(status_of(device), "servo"));
 	*servo = (struct pokeys_servo){
-		.state = POKEYS_SERVO_ENABLED, .name = "z", .position = -0.00001,
-		.error = -0.00004f, .output = -0.004f,
+		.state = POKEYS_SERVO_ENABLED,
+		.name = "z",
+		.position = -0.00001,
+		.error = -0.00004f,
+		.output = -0.004f,
 	};
 	assert_non_null(strstr(status_of(device), "  servo 2     z: at 0.0000, enabled, error "
-			       "0.0000, output 0 %\n"));
+						  "0.0000, output 0 %\n"));
 	servo->position = -12.34567;
 	servo->error = -0.00006f;
 	servo->output = -0.006f;
 	assert_non_null(strstr(status_of(device), "  servo 2     z: at -12.3457, enabled, error "
-			       "-0.0001, output -1 %\n"));
+						  "-0.0001, output -1 %\n"));
 	servo->state = POKEYS_SERVO_STOPPING;
 	assert_non_null(strstr(status_of(device), "z: at -12.3457, off, NOT ACKNOWLEDGED: it may "
-			       "still run\n"));
+						  "still run\n"));
 }
 
 static void hostile_images_do_no_harm_to_a_terminal(void **state)

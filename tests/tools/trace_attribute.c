@@ -29,8 +29,11 @@ static int begin(void **state)
 	marks = 0;
 	sents = gots = 0;
 	cycle = (struct trace_cycle){
-		.cycle = 7, .tick_ns = TICK, .woke_ns = TICK + 50 * US,
-		.asked_ns = TICK + 60 * US, .published_ns = TICK + 300 * US,
+		.cycle = 7,
+		.tick_ns = TICK,
+		.woke_ns = TICK + 50 * US,
+		.asked_ns = TICK + 60 * US,
+		.published_ns = TICK + 300 * US,
 	};
 	return 0;
 }
@@ -48,7 +51,8 @@ static void at(int64_t us, enum trace_event_kind kind, const char *name)
 
 static void packet_of(int64_t us, enum trace_mark_kind kind, uint32_t request)
 {
-	mark[marks++] = (struct trace_mark){ .t_ns = TICK + (uint64_t)(us * 1000), .kind = kind,
+	mark[marks++] = (struct trace_mark){ .t_ns = TICK + (uint64_t)(us * 1000),
+					     .kind = kind,
 					     .request = request };
 }
 
@@ -123,7 +127,7 @@ static void a_softirq_that_is_pushed_aside_is_not_the_threads_time(void **state)
 	assert_us(TRACE_SEND, 20);
 	assert_us(TRACE_RUN, 70);
 	assert_us(TRACE_DEVICE, 120);
-	assert_us(TRACE_SOFTIRQ, 30);	/* 20 to 50, while it was late */
+	assert_us(TRACE_SOFTIRQ, 30); /* 20 to 50, while it was late */
 }
 
 /* More of them than have a line each: none is left out of the sum. */
@@ -199,12 +203,12 @@ static void interrupts_hold_up_what_runs_but_not_who_waits_for_a_device(void **s
 {
 	(void)state;
 	usual_beginning();
-	at(100, TRACE_IRQ_BEGIN, "enp1s0");	/* while the device is awaited: nobody's loss */
+	at(100, TRACE_IRQ_BEGIN, "enp1s0"); /* while the device is awaited: nobody's loss */
 	at(110, TRACE_IRQ_END, "");
 	packet(200, MARK_GOT);
 	at(220, TRACE_WAKING, "x");
 	at(220, TRACE_ON, "pokeysd");
-	at(240, TRACE_IRQ_BEGIN, "enp1s0");	/* in the middle of its work */
+	at(240, TRACE_IRQ_BEGIN, "enp1s0"); /* in the middle of its work */
 	softirq(245, TRACE_SOFTIRQ_BEGIN, 9);
 	at(250, TRACE_IRQ_BEGIN, "timer");
 	at(255, TRACE_IRQ_END, "");
@@ -248,7 +252,7 @@ static void a_thread_that_polls_waits_for_the_device_while_it_runs(void **state)
 	packet(250, MARK_GOT);
 	attribute();
 	assert_true(cycle.whole);
-	assert_us(TRACE_RUN, 50 + 50);	/* polls for its tick; takes the reply */
+	assert_us(TRACE_RUN, 50 + 50); /* polls for its tick; takes the reply */
 	assert_us(TRACE_PLAN, 10);
 	assert_us(TRACE_DEVICE, 190);
 }
@@ -294,7 +298,7 @@ static void a_switch_that_is_missing_is_told(void **state)
 	attribute();
 	assert_false(cycle.whole);
 	begin(NULL);
-	usual_beginning();		/* and is asleep when it publishes */
+	usual_beginning(); /* and is asleep when it publishes */
 	attribute();
 	assert_false(cycle.whole);
 }
@@ -363,7 +367,8 @@ static void nothing_is_forgotten_whatever_comes(void **state)
 static void put_cycle(struct collect *collect, uint64_t number, uint64_t length_us)
 {
 	const struct recorder_cycle recorded = {
-		.cycle = number, .tick_ns = TICK + number * 1000 * US,
+		.cycle = number,
+		.tick_ns = TICK + number * 1000 * US,
 		.woke_ns = TICK + number * 1000 * US + 5 * US,
 		.asked_ns = TICK + number * 1000 * US + 6 * US,
 		.published_ns = TICK + (number * 1000 + length_us) * US,
@@ -386,7 +391,7 @@ static void the_slowest_are_kept_slowest_first(void **state)
 	for (uint64_t i = 0; i < 7; i++)
 		put_cycle(&collect, i, lengths[i]);
 	collect_judge(&collect, TICK + 3500 * US);
-	assert_int_equal(collect.lengths, 3);	/* the fourth ends at 3500 */
+	assert_int_equal(collect.lengths, 3); /* the fourth ends at 3500 */
 	collect_judge(&collect, UINT64_MAX / 2);
 	collect_report(&collect, &report);
 	assert_int_equal(report.cycles, 7);
@@ -422,10 +427,13 @@ static void marks_of_both_witnesses_meet_in_the_order_of_time(void **state)
 	static struct collect collect;
 	struct trace_report report = { 0 };
 	const struct recorder_slot sent = {
-		.kind = RECORDER_SENT, .tries = 2, .t_ns = TICK + 1000 * US + 6 * US,
+		.kind = RECORDER_SENT,
+		.tries = 2,
+		.t_ns = TICK + 1000 * US + 6 * US,
 	};
 	const struct recorder_slot got = {
-		.kind = RECORDER_RECEIVED, .verdict = POKEYS_VERDICT_ACCEPTED,
+		.kind = RECORDER_RECEIVED,
+		.verdict = POKEYS_VERDICT_ACCEPTED,
 		.t_ns = TICK + 1000 * US + 80 * US,
 	};
 	struct trace_event event = { .t_ns = TICK + 990 * US, .kind = TRACE_ON };
@@ -437,7 +445,8 @@ static void marks_of_both_witnesses_meet_in_the_order_of_time(void **state)
 	collect_slot(&collect, &got);
 	collect_slot(&collect, &sent);
 	collect_event(&collect, &event);
-	event = (struct trace_event){ .t_ns = TICK + 1000 * US + 20 * US, .kind = TRACE_OFF,
+	event = (struct trace_event){ .t_ns = TICK + 1000 * US + 20 * US,
+				      .kind = TRACE_OFF,
 				      .idle = 1 };
 	collect_event(&collect, &event);
 	event = (struct trace_event){ .t_ns = TICK + 1000 * US + 90 * US, .kind = TRACE_ON };

@@ -97,8 +97,8 @@ void peer_open(struct peer *peer)
 	assert_int_equal(bind(peer->fd, (struct sockaddr *)&at, sizeof at), 0);
 	assert_int_equal(getsockname(peer->fd, (struct sockaddr *)&at, &length), 0);
 	peer->at.port = ntohs(at.sin_port);
-	assert_int_equal(setsockopt(peer->fd, SOL_SOCKET, SO_RCVTIMEO, &patience,
-				    sizeof patience), 0);
+	assert_int_equal(setsockopt(peer->fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience),
+			 0);
 }
 
 void peer_close(struct peer *peer)

@@ -18,12 +18,12 @@ enum { MS = 1000000 };
 struct peer {
 	int fd;
 	struct transport_address at;
-	struct transport_address from;	/* of what it received last */
+	struct transport_address from; /* of what it received last */
 };
 
 struct world {
 	struct transport *t;
-	struct peer peer;		/* channel 0 is aimed at it */
+	struct peer peer; /* channel 0 is aimed at it */
 };
 
 /*

@@ -55,7 +55,7 @@ static void nothing_leaves_before_flush_or_wait(void **state)
 
 static void more_than_the_queue_is_sent_too(void **state)
 {
-	const int room = 212992;	/* for all of them; the kernel doubles it */
+	const int room = 212992; /* for all of them; the kernel doubles it */
 	struct world *w = *state;
 	uint8_t in[8];
 
@@ -90,7 +90,7 @@ static void channel_that_is_not_attached_is_refused(void **state)
 			 -EINVAL);
 	assert_int_equal(w->t->ops->aim(w->t, 1, &w->peer.at), -EINVAL);
 	assert_int_equal(w->t->ops->attach(w->t, TRANSPORT_CHANNELS), -EINVAL);
-	assert_int_equal(w->t->ops->attach(w->t, 1), -EBUSY);	/* started already */
+	assert_int_equal(w->t->ops->attach(w->t, 1), -EBUSY); /* started already */
 	assert_int_equal(w->t->ops->start(w->t), -EBUSY);
 }
 

@@ -47,7 +47,8 @@ static void *answer(void *argument)
 
 static void add(struct devices *d, uint32_t address)
 {
-	struct sockaddr_in at = { .sin_family = AF_INET, .sin_addr.s_addr = htonl(address),
+	struct sockaddr_in at = { .sin_family = AF_INET,
+				  .sin_addr.s_addr = htonl(address),
 				  .sin_port = htons(d->port) };
 	struct peer *peer = &d->peer[d->count++];
 	socklen_t length = sizeof at;
@@ -137,7 +138,10 @@ static void device_elsewhere_is_asked_by_address(void **state)
 	struct devices d = { 0 };
 	struct heard h = { 0 };
 	struct discovery_options options = {
-		.timeout_ms = 1500, .interface = "lo", .also = also, .also_count = 2,
+		.timeout_ms = 1500,
+		.interface = "lo",
+		.also = also,
+		.also_count = 2,
 	};
 
 	(void)state;
@@ -177,7 +181,7 @@ static void silence_lasts_as_long_as_asked_for(void **state)
 	uint64_t before = fixture_now();
 
 	(void)state;
-	add(&d, INADDR_LOOPBACK);	/* has the port, but nobody answers */
+	add(&d, INADDR_LOOPBACK); /* has the port, but nobody answers */
 	options.port = d.port;
 	assert_int_equal(discovery_search(&options, hear, &h), 0);
 	assert_true(fixture_now() - before >= 30 * MS);

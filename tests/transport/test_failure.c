@@ -21,7 +21,7 @@
 
 static int calls, fail_at, fail_with, failures;
 static const char *failed_call;
-static bool no_absolute_waits;		/* as before Linux 6.12 */
+static bool no_absolute_waits; /* as before Linux 6.12 */
 static int absolute_waits_refused;
 
 /* True if this call is the one to fail. */
@@ -63,12 +63,12 @@ int __wrap_ioctl(int fd, unsigned long what, void *argument)
 	return fails("ioctl") ? -1 : __real_ioctl(fd, what, argument);
 }
 
-ssize_t __real_sendto(int fd, const void *data, size_t length, int flags,
-		      const struct sockaddr *to, socklen_t size);
-ssize_t __wrap_sendto(int fd, const void *data, size_t length, int flags,
-		      const struct sockaddr *to, socklen_t size);
-ssize_t __wrap_sendto(int fd, const void *data, size_t length, int flags,
-		      const struct sockaddr *to, socklen_t size)
+ssize_t __real_sendto(int fd, const void *data, size_t length, int flags, const struct sockaddr *to,
+		      socklen_t size);
+ssize_t __wrap_sendto(int fd, const void *data, size_t length, int flags, const struct sockaddr *to,
+		      socklen_t size);
+ssize_t __wrap_sendto(int fd, const void *data, size_t length, int flags, const struct sockaddr *to,
+		      socklen_t size)
 {
 	/* the peers' own calls are not the transport's */
 	if (!length && fails("sendto"))
@@ -155,8 +155,7 @@ int __real_io_uring_queue_init_params(unsigned int n, struct io_uring *r,
 				      struct io_uring_params *p);
 int __wrap_io_uring_queue_init_params(unsigned int n, struct io_uring *r,
 				      struct io_uring_params *p);
-int __wrap_io_uring_queue_init_params(unsigned int n, struct io_uring *r,
-				      struct io_uring_params *p)
+int __wrap_io_uring_queue_init_params(unsigned int n, struct io_uring *r, struct io_uring_params *p)
 {
 	return fails("io_uring_setup") ? -fail_with : __real_io_uring_queue_init_params(n, r, p);
 }
@@ -211,7 +210,7 @@ static int life(struct peer *peer, struct transport **out)
 		/* learn the address to answer to, undisturbed and uncounted */
 		fail_at = 0;
 		while (recv(peer->fd, &calls, sizeof calls, MSG_DONTWAIT) >= 0)
-			;	/* left over from the life before */
+			; /* left over from the life before */
 		introduce(t, 0, peer);
 		fail_at = armed;
 		calls = made;

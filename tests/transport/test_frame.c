@@ -20,9 +20,9 @@ static const struct frame_path path = {
 
 /* As captured from a kernel's socket that sent "pokeys" from and to the same. */
 static const uint8_t captured[] = {
-	2, 0, 0, 0, 0, 9, 2, 0, 0, 0, 0, 1, 0x08, 0x00,
-	0x45, 0, 0, 34, 0x0c, 0x3d, 0x40, 0, 64, 17, 0x1a, 0x8c, 10, 0, 0, 1, 10, 0, 0, 2,
-	0x9c, 0x40, 0x4e, 0x57, 0, 14, 0xab, 0xef, 'p', 'o', 'k', 'e', 'y', 's',
+	2, 0,  0,    0,    0,    9,    2,  0,  0,    0,    0,   1,   0x08, 0x00, 0x45, 0,
+	0, 34, 0x0c, 0x3d, 0x40, 0,    64, 17, 0x1a, 0x8c, 10,  0,   0,    1,    10,   0,
+	0, 2,  0x9c, 0x40, 0x4e, 0x57, 0,  14, 0xab, 0xef, 'p', 'o', 'k',  'e',  'y',  's',
 };
 
 /* In memory of exactly its length, so that a sanitizer sees a step too far. */
@@ -134,16 +134,16 @@ static bool read_changed(size_t at, uint8_t value)
 static void headers_that_are_well_summed_lies_are_refused(void **state)
 {
 	(void)state;
-	assert_true(read_changed(1, 0x10));	/* type of service is nobody's business */
-	assert_false(read_changed(0, 0x44));	/* header shorter than one is */
-	assert_false(read_changed(0, 0x4f));	/* longer than the packet */
-	assert_false(read_changed(0, 0x65));	/* version 6 */
-	assert_false(read_changed(3, 35));	/* longer than the frame */
-	assert_false(read_changed(3, 27));	/* shorter than the headers */
-	assert_false(read_changed(3, 33));	/* shorter than the UDP length */
-	assert_false(read_changed(6, 0x20));	/* more fragments */
-	assert_false(read_changed(7, 1));	/* a later fragment */
-	assert_false(read_changed(9, 6));	/* TCP */
+	assert_true(read_changed(1, 0x10));  /* type of service is nobody's business */
+	assert_false(read_changed(0, 0x44)); /* header shorter than one is */
+	assert_false(read_changed(0, 0x4f)); /* longer than the packet */
+	assert_false(read_changed(0, 0x65)); /* version 6 */
+	assert_false(read_changed(3, 35));   /* longer than the frame */
+	assert_false(read_changed(3, 27));   /* shorter than the headers */
+	assert_false(read_changed(3, 33));   /* shorter than the UDP length */
+	assert_false(read_changed(6, 0x20)); /* more fragments */
+	assert_false(read_changed(7, 1));    /* a later fragment */
+	assert_false(read_changed(9, 6));    /* TCP */
 }
 
 static void header_with_options_is_read_over(void **state)
@@ -153,7 +153,7 @@ static void header_with_options_is_read_over(void **state)
 
 	(void)state;
 	memcpy(frame, captured, 34);
-	memset(frame + 34, 1, 4);		/* no operation, four times */
+	memset(frame + 34, 1, 4); /* no operation, four times */
 	memcpy(frame + 38, captured + 34, sizeof captured - 34);
 	frame[14] = 0x46;
 	frame[17] = 38;
@@ -182,10 +182,10 @@ static void checksum_left_to_a_card_is_told_from_damage(void **state)
 	(void)state;
 	memcpy(frame, captured, sizeof captured);
 	frame[40] = 0x14;
-	frame[41] = 0x22;	/* 0a00 + 0001 + 0a00 + 0002 + 0011 + 000e */
+	frame[41] = 0x22; /* 0a00 + 0001 + 0a00 + 0002 + 0011 + 000e */
 	assert_false(frame_read(frame, sizeof frame, &d));
 	assert_true(frame_half_summed(frame, sizeof frame));
-	frame[46] ^= 1;		/* the data is not in it */
+	frame[46] ^= 1; /* the data is not in it */
 	assert_true(frame_half_summed(frame, sizeof frame));
 	for (size_t n = 0; n < sizeof frame; n++)
 		assert_false(frame_half_summed(frame, n));

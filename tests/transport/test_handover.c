@@ -52,8 +52,10 @@ static void send_with(size_t count)
 		char room[CMSG_SPACE(MANY * sizeof(int))];
 	} carried = { 0 };
 	struct msghdr m = {
-		.msg_iov = &body, .msg_iovlen = 1,
-		.msg_control = carried.room, .msg_controllen = CMSG_SPACE(count * sizeof(int)),
+		.msg_iov = &body,
+		.msg_iovlen = 1,
+		.msg_control = carried.room,
+		.msg_controllen = CMSG_SPACE(count * sizeof(int)),
 	};
 	struct cmsghdr *c = CMSG_FIRSTHDR(&m);
 	const int fds[MANY] = { pair[0], pair[0], pair[0] };

@@ -95,9 +95,11 @@ static void queue_keeps_order_and_is_bounded(void **state)
 	for (int round = 0; round < 3; round++) {
 		for (uint32_t i = 0; i < TRANSPORT_MEMORY_QUEUE; i++)
 			assert_int_equal(transport_memory_arrive(w->t, w->now + i / 2, 0, &device,
-								 (const uint8_t *)&i, sizeof i), 0);
-		assert_int_equal(transport_memory_arrive(w->t, 1, 0, &device,
-							 (const uint8_t *)"x", 1), -ENOBUFS);
+								 (const uint8_t *)&i, sizeof i),
+					 0);
+		assert_int_equal(transport_memory_arrive(w->t, 1, 0, &device, (const uint8_t *)"x",
+							 1),
+				 -ENOBUFS);
 		for (uint32_t i = 0; i < TRANSPORT_MEMORY_QUEUE; i++) {
 			while (!w->t->ops->receive(w->t, &p))
 				w->t->ops->wait(w->t, UINT64_MAX);

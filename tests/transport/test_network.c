@@ -94,8 +94,7 @@ static void aim_from_an_interface_without_address_is_refused(void **state)
 static void aim_at_another_network_uses_an_address_of_that_one(void **state)
 {
 	struct world *w = *state;
-	struct sockaddr_in at = { .sin_family = AF_INET,
-				  .sin_addr.s_addr = htonl(0x0a090807) };
+	struct sockaddr_in at = { .sin_family = AF_INET, .sin_addr.s_addr = htonl(0x0a090807) };
 	socklen_t length = sizeof at;
 	struct peer other = { 0 };
 	uint8_t in[8];

@@ -20,7 +20,8 @@ static struct uring *small_ring(struct peer *peer, unsigned int completions, uns
 	const struct transport_options options = { 0 };
 	const struct uring_sizes sizes = {
 		completions < URING_SUBMISSIONS ? completions : URING_SUBMISSIONS,
-		completions, buffers,
+		completions,
+		buffers,
 	};
 	struct uring *u = transport_memory_map(sizeof *u);
 
@@ -149,8 +150,8 @@ static void second_thread_is_refused_and_told(void **state)
 /* Put one submission through and return its result. */
 static int submit_raw(struct uring *u, uint8_t operation, int fd, uint8_t flags)
 {
-	struct io_uring_sqe *sqe = &u->ring.sq.sqes[u->ring.sq.sqe_tail++ &
-						    (u->sizes.submissions - 1)];
+	struct io_uring_sqe *sqe =
+		&u->ring.sq.sqes[u->ring.sq.sqe_tail++ & (u->sizes.submissions - 1)];
 	struct io_uring_cqe *cqe;
 	unsigned int head;
 	int result = 1;
@@ -161,7 +162,8 @@ static int submit_raw(struct uring *u, uint8_t operation, int fd, uint8_t flags)
 	sqe->flags = flags;
 	sqe->user_data = 77;
 	uring_enter(u, 1, NULL);
-	io_uring_for_each_cqe(&u->ring, head, cqe) {
+	io_uring_for_each_cqe(&u->ring, head, cqe)
+	{
 		if (cqe->user_data == 77)
 			result = cqe->res;
 	}
@@ -204,7 +206,7 @@ static int threads_of_this_process(void)
 
 static void ring_makes_no_kernel_threads(void **state)
 {
-	const int before = threads_of_this_process();	/* ThreadSanitizer has one of its own */
+	const int before = threads_of_this_process(); /* ThreadSanitizer has one of its own */
 	struct peer peer;
 	struct uring *u = small_ring(&peer, 512, 64);
 

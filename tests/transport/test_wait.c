@@ -204,8 +204,9 @@ static void all_channels_share_one_wait(void **state)
 	calls = t->statistics.system_calls;
 	assert_int_equal(t->ops->wait(t, UINT64_MAX), TRANSPORT_WAIT_PACKET);
 	/* a ring of received frames is memory: what is in it already costs none */
-	assert_in_range(t->statistics.system_calls, calls + (t->ops->name[0] == 's') +
-			(t->ops->name[0] != 'x'), calls + (t->ops->name[0] == 's' ? 2 : 1));
+	assert_in_range(t->statistics.system_calls,
+			calls + (t->ops->name[0] == 's') + (t->ops->name[0] != 'x'),
+			calls + (t->ops->name[0] == 's' ? 2 : 1));
 	for (uint32_t i = 0; i < MANY; i++) {
 		assert_int_equal(next_packet(t, 60000, &p), 1);
 		assert_int_equal(p.address, peer[p.channel].at.address);
@@ -240,7 +241,7 @@ static void flooded_channel_does_not_starve_another(void **state)
 	do {
 		assert_int_equal(next_packet(t, 60000, &p), 1);
 		if (p.channel == 0)
-			peer_send(&loud, data, sizeof data);	/* the flood goes on */
+			peer_send(&loud, data, sizeof data); /* the flood goes on */
 		assert_true(++before < 150);
 	} while (p.channel != 1);
 	peer_close(&loud);

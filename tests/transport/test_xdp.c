@@ -155,11 +155,11 @@ static void guard_that_ends_and_comes_back_costs_nothing_but_time(void **state)
 		news = tend(w->t);
 		assert_non_null(news);
 		assert_non_null(strstr(news, "pokeys-guard has ended"));
-		assert_null(tend(w->t));	/* told once */
+		assert_null(tend(w->t)); /* told once */
 		assert_true(exchange(w));
 		assert_null(xdp_world_guard_start());
 		news = first_news(w->t);
-		assert_non_null(strstr(news, "AF_XDP, copied"));	/* a veth has no more */
+		assert_non_null(strstr(news, "AF_XDP, copied")); /* a veth has no more */
 		assert_string_equal(atomic_load(&w->t->title), "xdp copy");
 		assert_true(passes(w));
 	}
@@ -178,7 +178,7 @@ static void stale_neighbour_makes_the_kernel_ask(void **state)
 	tend(w->t);
 	before = carried();
 	assert_true(exchange(w));
-	assert_int_equal(carried(), before + 1);	/* the question, not the answer */
+	assert_int_equal(carried(), before + 1); /* the question, not the answer */
 	assert_true(passes(w));
 }
 
@@ -206,7 +206,8 @@ static void device_behind_a_router_is_reached(void **state)
 	assert_int_equal(bind(beyond.peer.fd, (struct sockaddr *)&at, sizeof at), 0);
 	assert_int_equal(getsockname(beyond.peer.fd, (struct sockaddr *)&at, &length), 0);
 	beyond.peer.at = (struct transport_address){
-		.address = 0x0a630001, .port = ntohs(at.sin_port),
+		.address = 0x0a630001,
+		.port = ntohs(at.sin_port),
 	};
 	assert_int_equal(w->t->ops->aim(w->t, 0, &beyond.peer.at), 0);
 	assert_true(passes(&beyond));
@@ -279,10 +280,12 @@ static void frames_that_are_not_whole_are_refused_and_counted(void **state)
 {
 	struct world *w = *state;
 	struct frame_path path = {
-		.from = w->peer.at.address, .from_port = w->peer.at.port,
-		.to = w->peer.from.address, .to_port = w->peer.from.port,
+		.from = w->peer.at.address,
+		.from_port = w->peer.at.port,
+		.to = w->peer.from.address,
+		.to_port = w->peer.from.port,
 	};
-	const size_t broken[] = { 24, 40, 45 };	/* header checksum, UDP checksum, data */
+	const size_t broken[] = { 24, 40, 45 }; /* header checksum, UDP checksum, data */
 	struct transport_packet p;
 	uint8_t frame[128];
 	size_t length;
@@ -295,7 +298,7 @@ static void frames_that_are_not_whole_are_refused_and_counted(void **state)
 		send_frame(frame, length);
 		frame[broken[i]] ^= 0x10;
 	}
-	path.from++;				/* somebody else */
+	path.from++; /* somebody else */
 	length = frame_make(frame, &path, (const uint8_t *)"alien", 5);
 	send_frame(frame, length);
 	path.from--;
@@ -318,7 +321,7 @@ static void checksums_that_are_left_to_a_card_are_told_once(void **state)
 
 	assert_null(tend(w->t));
 	xdp_world_checksums(false);
-	do {	/* no answer: refused, or later than we wait */
+	do { /* no answer: refused, or later than we wait */
 		assert_false(exchange(w));
 		news = tend(w->t);
 	} while (!news && fixture_now() < end);

@@ -169,8 +169,8 @@ static void serve(int ready)
 	log_open(STDERR_FILENO, EVENT_WARNING);
 	libbpf_set_print(quiet);
 	program = redirect_bpf__open_and_load();
-	if (!program || bpf_link_create(bpf_program__fd(program->progs.redirect), index, BPF_XDP,
-					&options) < 0)
+	if (!program ||
+	    bpf_link_create(bpf_program__fd(program->progs.redirect), index, BPF_XDP, &options) < 0)
 		_exit(77);
 	if (guard_server_open(&server, HELPER, bpf_map__fd(program->maps.sockets),
 			      bpf_map__fd(program->maps.ports)))

@@ -26,7 +26,7 @@ struct row {
 	uint8_t req[WIRE_MULTI_BYTES];
 	uint8_t rep[WIRE_PK];
 	size_t req_len, rep_len;
-	bool empty;		/* request is the empty datagram */
+	bool empty; /* request is the empty datagram */
 	bool no_reply;
 	const struct golden *expect;
 };
@@ -88,8 +88,7 @@ static void load_row(char *line)
 	const char *req = strtok_r(NULL, "\t", &save);
 	const char *rep = strtok_r(NULL, "\t\r\n", &save);
 
-	if (!name || !req || !rep || row_count == ROWS_MAX ||
-	    strlen(name) >= sizeof(row->name)) {
+	if (!name || !req || !rep || row_count == ROWS_MAX || strlen(name) >= sizeof(row->name)) {
 		fprintf(stderr, "row %zu: expected three columns\n", row_count + 1);
 		exit(1);
 	}
@@ -127,14 +126,14 @@ static void same(const struct row *row, const char *what, const void *got, const
 
 	for (size_t i = 0; i < len; i++) {
 		if (a[i] != b[i])
-			fail_msg("%s: %s: byte %zu is 0x%02x, expected 0x%02x", row->name, what,
-				 i, a[i], b[i]);
+			fail_msg("%s: %s: byte %zu is 0x%02x, expected 0x%02x", row->name, what, i,
+				 a[i], b[i]);
 	}
 }
 
 /* value decoded into a struct must equal the expected one. */
-static void same_value(const struct row *row, const char *what,
-		       const struct wire_layout *layout, const void *got, const void *want)
+static void same_value(const struct row *row, const char *what, const struct wire_layout *layout,
+		       const void *got, const void *want)
 {
 	static const uint8_t nothing[512];
 
@@ -180,8 +179,7 @@ static void packets_are_found_in_the_table(void **state)
 		found = wire_op_find(row->req[WIRE_AT_OP], row->req[WIRE_AT_P1]);
 		if (!found || found->op != row->expect->op)
 			fail_msg("%s: found as %s, expected %s", row->name,
-				 found ? found->name : "nothing",
-				 wire_op(row->expect->op)->name);
+				 found ? found->name : "nothing", wire_op(row->expect->op)->name);
 	}
 }
 
@@ -238,8 +236,7 @@ static void replies_are_accepted(void **state)
 		if (row->expect->kind == GOLDEN_DISCOVERY)
 			continue;
 		if (row->no_reply != !!(op->flags & WIRE_NO_REPLY))
-			fail_msg("%s: table and row differ on whether there is a reply",
-				 row->name);
+			fail_msg("%s: table and row differ on whether there is a reply", row->name);
 		if (row->no_reply)
 			continue;
 		reason = wire_check_reply(row->rep, row->rep_len);
@@ -307,8 +304,7 @@ static void multi_part_fills_are_built_byte_for_byte(void **state)
 		assert_true(wire_multi_build(p, row->req[WIRE_AT_ID], &want->fill, data,
 					     want->len));
 		same(row, "datagram", p, row->req, sizeof(p));
-		assert_int_equal(wire_multi_reply_id(row->req[WIRE_AT_ID]),
-				 row->rep[WIRE_AT_ID]);
+		assert_int_equal(wire_multi_reply_id(row->req[WIRE_AT_ID]), row->rep[WIRE_AT_ID]);
 		seen++;
 	}
 	assert_int_equal(seen, 2);

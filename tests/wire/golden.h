@@ -17,17 +17,17 @@
 #include "wire/system.h"
 
 enum golden_kind {
-	GOLDEN_PACKET,		/* req and rep are structs of the operation */
-	GOLDEN_MULTI,		/* req is struct golden_multi, rep wire_pulse_fill_rep */
-	GOLDEN_DISCOVERY,	/* rep is struct wire_discovery */
+	GOLDEN_PACKET,    /* req and rep are structs of the operation */
+	GOLDEN_MULTI,     /* req is struct golden_multi, rep wire_pulse_fill_rep */
+	GOLDEN_DISCOVERY, /* rep is struct wire_discovery */
 };
 
 struct golden {
-	const char *name;	/* first column */
+	const char *name; /* first column */
 	enum golden_kind kind;
 	enum wire_op op;
-	const void *req;	/* NULL where there is nothing */
-	const void *rep;	/* NULL where there is nothing, or no reply */
+	const void *req; /* NULL where there is nothing */
+	const void *rep; /* NULL where there is nothing, or no reply */
 };
 
 /* The bytes of a multi-part fill in the rows count up from 0, len of them. */

@@ -43,8 +43,7 @@ const struct golden golden_io[] = {
 	  V(pin_all_req, .option1 = 1, .value = FUNCTIONS(0x82)),
 	  V(pin_all_rep, .settings = 1, .value = FUNCTIONS(0x82))),
 	/* pin 1 counts both edges */
-	G("PinConfigurationSet/2:0xC0/0x00", PIN_ALL,
-	  V(pin_all_req, .option2 = 2, .value = { 3 }),
+	G("PinConfigurationSet/2:0xC0/0x00", PIN_ALL, V(pin_all_req, .option2 = 2, .value = { 3 }),
 	  V(pin_all_rep, .option2 = 2, .value = { 3 })),
 	NO_KEYS("PinConfigurationSet/3:0xC1", KEY_MAP, 1),
 	NO_KEYS("PinConfigurationSet/4:0xC2", KEY_CODES, 1),
@@ -76,11 +75,10 @@ const struct golden golden_io[] = {
 	/* the last three are left over from the request before */
 	G("DigitalCounterGet/2:0xD8", COUNTERS,
 	  V(counters_req, .pin = { 32, 33, 34, 35, 36, 37, 40, 41, 42, 43, 15, 18, 19 }),
-	  V(counters_rep, .value = { 320, 330, 340, 350, 360, 370, 400, 410, 420, 430, 150,
-				     180, 190 })),
+	  V(counters_rep,
+	    .value = { 320, 330, 340, 350, 360, 370, 400, 410, 420, 430, 150, 180, 190 })),
 	G("DigitalCounterClear/1:0x1D", COUNTER_RESET, NULL, NULL),
-	G("PWMConfigurationGet/1:0xCB/0x00", PWM, V(pwm_req, .write = 0),
-	  V(pwm_rep, .enabled = 0)),
+	G("PWMConfigurationGet/1:0xCB/0x00", PWM, V(pwm_req, .write = 0), V(pwm_rep, .enabled = 0)),
 	/* channels 3 and 6, 10 kHz */
 	G("PWMConfigurationSet/1:0xCB/0x01", PWM,
 	  V(pwm_req, .write = 1, .enabled = 0x24, .duty = DUTIES(500), .period = 2500),

@@ -19,8 +19,8 @@
 	  V(kb_config_rep, .config = KB(enable)))
 
 const struct golden golden_panel[] = {
-	G("MatrixKBConfigurationGet/1:0xCA/0x0A", KB_CONFIG_GET,
-	  V(kb_option_req, .option = 10), V(kb_config_rep, .keyboard = 0)),
+	G("MatrixKBConfigurationGet/1:0xCA/0x0A", KB_CONFIG_GET, V(kb_option_req, .option = 10),
+	  V(kb_config_rep, .keyboard = 0)),
 	KB_GET("MatrixKBConfigurationGet/2:0xCA/0x0C", KB_CODES_GET, 12),
 	KB_GET("MatrixKBConfigurationGet/3:0xCA/0x20", KB_UP_CODES_GET, 32),
 	KB_GET("MatrixKBConfigurationGet/4:0xCA/0x0D", KB_CODES_GET, 13),
@@ -49,8 +49,7 @@ const struct golden golden_panel[] = {
 	G("MatrixLEDConfigurationGet/1:0xD5", LED_CONFIG,
 	  V(led_config_req, .option = WIRE_LED_CONFIG_READ), V(led_config_rep, .enable = 0)),
 	G("MatrixLEDConfigurationSet/1:0xD5", LED_CONFIG,
-	  V(led_config_req, .option = WIRE_LED_CONFIG_WRITE, .enable = 1,
-	    .size = { 0x88, 0 }),
+	  V(led_config_req, .option = WIRE_LED_CONFIG_WRITE, .enable = 1, .size = { 0x88, 0 }),
 	  V(led_config_rep, .enable = 1, .size = { 0x88, 0 })),
 	/* a diagonal */
 	G("MatrixLEDUpdate/1:0xD6", LED_UPDATE,
@@ -64,12 +63,10 @@ const struct golden golden_panel[] = {
 	  V(lcd_config_rep, .mode = 2, .rows = 4, .columns = 20)),
 	G("LCDConfigurationSet/2:0xD1/0x00", LCD_INIT, NULL, NULL),
 	G("LCDConfigurationSet/3:0xD1/0x10", LCD_CLEAR, NULL, NULL),
-	G("LCDChangeMode/1:0xD1/0x80", LCD_MODE, V(lcd_byte_req, .value = WIRE_LCD_BUFFERED),
-	  NULL),
+	G("LCDChangeMode/1:0xD1/0x80", LCD_MODE, V(lcd_byte_req, .value = WIRE_LCD_BUFFERED), NULL),
 	G("LCDUpdate/1:0xD1/0x85", LCD_ROW,
 	  V(lcd_row_req, .row = 1, .text = "Hello PoKeys line 1 "), NULL),
-	G("LCDMoveCursor/1:0xD1/0x20", LCD_CURSOR, V(lcd_cursor_req, .column = 5, .row = 2),
-	  NULL),
+	G("LCDMoveCursor/1:0xD1/0x20", LCD_CURSOR, V(lcd_cursor_req, .column = 5, .row = 2), NULL),
 	G("LCDPrint/1:0xD1/0x30", LCD_PRINT, V(lcd_print_req, .text = "abc"), NULL),
 	/* LED 0: three bytes, no reply */
 	G("WS2812_SendLEDdata(noresp)/1:0x4B", STRIP_DATA,

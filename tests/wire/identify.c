@@ -60,8 +60,13 @@ static void versions_compare_by_major_then_minor_then_revision(void **state)
 static void a_new_device_is_identified_by_its_extended_block(void **state)
 {
 	struct wire_device_data_rep data = {
-		.serial_low = 111, .firmware_old = 0x10, .magic = "PKEx", .serial = 165432,
-		.firmware = 0x37, .revision = 15, .hardware = 32,
+		.serial_low = 111,
+		.firmware_old = 0x10,
+		.magic = "PKEx",
+		.serial = 165432,
+		.firmware = 0x37,
+		.revision = 15,
+		.hardware = 32,
 	};
 	struct wire_identity id;
 
@@ -81,8 +86,12 @@ static void a_new_device_is_identified_by_its_extended_block(void **state)
 static void an_old_device_has_only_the_short_serial_number(void **state)
 {
 	const struct wire_device_data_rep data = {
-		.serial_low = 20111, .firmware_old = 0x21, .revision_old = 3, .serial = 165432,
-		.firmware = 0x37, .hardware = 32,
+		.serial_low = 20111,
+		.firmware_old = 0x21,
+		.revision_old = 3,
+		.serial = 165432,
+		.firmware = 0x37,
+		.hardware = 32,
 	};
 	struct wire_identity id;
 
@@ -115,7 +124,8 @@ static void the_pulse_engine_of_a_56e_depends_on_its_firmware(void **state)
 static void the_long_name_counts_only_if_it_begins_with_the_short_one(void **state)
 {
 	struct wire_device_name_rep name = {
-		.name = "SimPoKeys5", .long_name = "SimPoKeys57CNC-0001",
+		.name = "SimPoKeys5",
+		.long_name = "SimPoKeys57CNC-0001",
 	};
 	char label[21];
 
@@ -132,16 +142,15 @@ static void the_long_name_counts_only_if_it_begins_with_the_short_one(void **sta
 
 static void discovery_tells_its_formats_by_length_alone(void **state)
 {
-	uint8_t p[64] = { 9, 0x12, 0x34, 0x37, 15, 10, 0, 0, 77, 1, 10, 0, 0, 5,
-			  0x78, 0x56, 0x34, 0x12, 33 };
+	uint8_t p[64] = { 9,  0x12, 0x34, 0x37, 15,   10,   0,    0,    77, 1,
+			  10, 0,    0,    5,    0x78, 0x56, 0x34, 0x12, 33 };
 	struct wire_discovery d;
 
 	(void)state;
 	for (size_t len = 0; len <= sizeof(p); len++) {
 		const bool known = len == 19 || len == 14;
 
-		assert_int_equal(wire_discovery_decode(p, len, &d),
-				 known ? WIRE_OK : WIRE_LENGTH);
+		assert_int_equal(wire_discovery_decode(p, len, &d), known ? WIRE_OK : WIRE_LENGTH);
 	}
 	assert_int_equal(wire_discovery_decode(p, 19, &d), WIRE_OK);
 	assert_false(d.old_format);

@@ -149,7 +149,7 @@ static void encoding_carries_every_covered_byte(void **state)
 		uint8_t packet[WIRE_PK] = { 0 }, object[STRUCT_MAX] = { 0 };
 
 		mark(row->name, row->req, packet, object);
-		memset(p, 1, sizeof(p));	/* within the limit of every count */
+		memset(p, 1, sizeof(p)); /* within the limit of every count */
 		wire_decode_req((enum wire_op)op, p, value);
 		wire_encode_req((enum wire_op)op, q, value);
 		for (unsigned int i = WIRE_PAYLOAD_AT; i < WIRE_PK; i++)
@@ -175,8 +175,8 @@ static void decoding_clears_the_whole_struct_and_no_more(void **state)
 /* Two pages, of which only the first may be touched. */
 static uint8_t *guarded_page(size_t page)
 {
-	uint8_t *map = mmap(NULL, 2 * page, PROT_READ | PROT_WRITE,
-			    MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+	uint8_t *map = mmap(NULL, 2 * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1,
+			    0);
 
 	assert_true(map != MAP_FAILED);
 	assert_int_equal(mprotect(map + page, page, PROT_NONE), 0);

@@ -42,9 +42,9 @@ static void counts_are_those_of_section_2_4(void **state)
 	(void)state;
 	for (size_t i = 0; i < sizeof(want) / sizeof(want[0]); i++) {
 		const struct wire_model *m = wire_model(want[i].hardware);
-		const uint8_t got[] = { m->pins, m->basic_encoders, m->encoders,
+		const uint8_t got[] = { m->pins,          m->basic_encoders, m->encoders,
 					m->fast_encoders, m->ultra_encoders, m->pwm_channels,
-					m->matrix_leds, m->poextbus_bytes, m->easy_sensors };
+					m->matrix_leds,   m->poextbus_bytes, m->easy_sensors };
 
 		for (size_t k = 0; k < sizeof(got); k++) {
 			if (got[k] != want[i].n[k])
@@ -121,12 +121,12 @@ static void can_exactly(const struct wire_model *m, enum wire_pin_use use, const
 
 static void pins_of_a_57cnc_are_those_of_section_2_5(void **state)
 {
-	static const uint8_t in[] = { 1, 2, 3, 4, 5, 6, 8, 9, 10, 11, 12, 13, 14, 15, 16, 18, 19,
-				      20, 23, 24, 25, 26, 28, 29, 30, 31, 32, 33, 34, 35, 36,
-				      37, 38, 41, 42, 43, 44, 45, 52, 0 };
-	static const uint8_t out[] = { 1, 2, 8, 12, 13, 17, 18, 20, 21, 22, 23, 24, 25, 26, 28,
-				       29, 30, 31, 32, 33, 34, 35, 36, 37, 38, 41, 42, 43, 44,
-				       45, 0 };
+	static const uint8_t in[] = { 1,  2,  3,  4,  5,  6,  8,  9,  10, 11, 12, 13, 14, 15,
+				      16, 18, 19, 20, 23, 24, 25, 26, 28, 29, 30, 31, 32, 33,
+				      34, 35, 36, 37, 38, 41, 42, 43, 44, 45, 52, 0 };
+	static const uint8_t out[] = { 1,  2,  8,  12, 13, 17, 18, 20, 21, 22, 23,
+				       24, 25, 26, 28, 29, 30, 31, 32, 33, 34, 35,
+				       36, 37, 38, 41, 42, 43, 44, 45, 0 };
 	static const uint8_t analog[] = { 41, 42, 43, 44, 45, 0 };
 	static const uint8_t pwm[] = { 17, 18, 20, 21, 22, 0 };
 	static const uint8_t channels[] = { 22, 21, 20, 0, 18, 17 };
@@ -164,7 +164,7 @@ static void pins_of_a_57e_are_those_of_section_2_5(void **state)
 
 static void pins_of_the_small_boards_are_those_of_section_2_5(void **state)
 {
-	static const uint8_t pro_in[] = { 8, 12, 13, 14, 18, 19, 23, 24, 25, 26, 28, 29, 30, 31,
+	static const uint8_t pro_in[] = { 8,  12, 13, 14, 18, 19, 23, 24, 25, 26, 28, 29, 30, 31,
 					  32, 33, 34, 35, 36, 37, 38, 41, 42, 43, 44, 52, 0 };
 	static const uint8_t pro_out[] = { 8, 12, 13, 17, 20, 31, 32, 33, 34, 35, 36, 37, 38, 0 };
 	static const uint8_t pro_pwm[] = { 0, 0, 20, 0, 0, 17 };
@@ -186,10 +186,10 @@ static void pins_of_the_small_boards_are_those_of_section_2_5(void **state)
 static void counter_pins_are_those_the_library_asks_for(void **state)
 {
 	/* both requests of row DigitalCounterGet, 1-based */
-	static const uint8_t cnc[] = { 1, 2, 3, 4, 5, 6, 9, 10, 11, 15, 16, 19, 20, 33, 34, 35,
-				       36, 37, 38, 41, 42, 43, 44, 0 };
-	static const uint8_t pke[] = { 1, 2, 5, 6, 9, 11, 15, 16, 19, 20, 21, 22, 23, 24, 25, 26,
-				       27, 28, 41, 42, 43, 44, 46, 48, 49, 0 };
+	static const uint8_t cnc[] = { 1,  2,  3,  4,  5,  6,  9,  10, 11, 15, 16, 19,
+				       20, 33, 34, 35, 36, 37, 38, 41, 42, 43, 44, 0 };
+	static const uint8_t pke[] = { 1,  2,  5,  6,  9,  11, 15, 16, 19, 20, 21, 22, 23,
+				       24, 25, 26, 27, 28, 41, 42, 43, 44, 46, 48, 49, 0 };
 	static const uint8_t pro[] = { 19, 0 };
 
 	(void)state;

@@ -155,8 +155,7 @@ static bool pair_is_unseen(unsigned int a, unsigned int b)
 	const unsigned int bytes[] = { a / 8, b / 8 };
 
 	for (unsigned int i = 0; i < 2; i++) {
-		if (bytes[i] == WIRE_AT_MAGIC || bytes[i] == WIRE_AT_OP ||
-		    bytes[i] == WIRE_AT_ID)
+		if (bytes[i] == WIRE_AT_MAGIC || bytes[i] == WIRE_AT_OP || bytes[i] == WIRE_AT_ID)
 			return false;
 	}
 	return true;

@@ -88,12 +88,13 @@ static void slots_outside_the_data_are_neither_read_nor_written(void **state)
 			const unsigned int max = wire_slots_max(widths[w], (uint8_t)axes,
 								sizeof(data));
 
-			assert_false(wire_slot_set(data, sizeof(data), widths[w],
-						   (uint8_t)axes, max, 0, 1));
-			assert_false(wire_slot_set(data, sizeof(data), widths[w],
-						   (uint8_t)axes, 0, axes, 1));
-			assert_int_equal(wire_slot_get(data, sizeof(data), widths[w],
-						       (uint8_t)axes, UINT_MAX, 0), 0);
+			assert_false(wire_slot_set(data, sizeof(data), widths[w], (uint8_t)axes,
+						   max, 0, 1));
+			assert_false(wire_slot_set(data, sizeof(data), widths[w], (uint8_t)axes, 0,
+						   axes, 1));
+			assert_int_equal(wire_slot_get(data, sizeof(data), widths[w], (uint8_t)axes,
+						       UINT_MAX, 0),
+					 0);
 		}
 	}
 	assert_memory_equal(data, before, sizeof(data));
