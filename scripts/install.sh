@@ -22,6 +22,7 @@ PACKAGES_BUILD=(
 	python3 iproute2 procps util-linux
 )
 PACKAGES_TEST=(
+	clang-format-19		# house / format
 	strace			# system calls of the realtime thread
 	systemd			# systemd-analyze
 	python3-venv mypy	# the Python package
