@@ -198,6 +198,10 @@ WORKS = {
     "restarts_by_pin_soon": ("mill", both(BY_PIN, first_cut_settings("mill", 0.02)), (), "restarts"),
     "restarts_device_homing_soon": ("mill", both(DEVICE_HOMING, first_cut_settings("mill", 0.02)), (), "restarts"),
     "restarts_gantry_soon": ("gantry", first_cut_settings("gantry", 0.02), (), "restarts"),
+    "losses": ("mill", first_cut_settings("mill", 0.2), (), "losses"),
+    "losses_by_pin": ("mill", both(BY_PIN, first_cut_settings("mill", 0.02)), (), "losses"),
+    "losses_gantry": ("gantry", first_cut_settings("gantry", 0.2), (), "losses"),
+    "losses_lathe": ("lathe", first_cut_settings("lathe", 0.2), (), "losses"),
     "restarts_lathe_soon": ("lathe", first_cut_settings("lathe", 0.02), (), "restarts"),
 }
 
@@ -296,7 +300,8 @@ class Machine(Rig):
     def cut(self):
         """LinuxCNC with the machinist; their status."""
         env = os.environ | {"MACHINIST_SIM": f"{self.sim} --ctl {self.run}/sim.sock",
-                            "MACHINIST_FOLDER": str(self.folder), "MACHINIST_WORK": self.work}
+                            "MACHINIST_FOLDER": str(self.folder), "MACHINIST_WORK": self.work,
+                            "MACHINIST_DEVICE": ADDRESS}
         with open(self.run / "linuxcnc.log", "wb") as log:
             child = subprocess.Popen(("linuxcnc", "-r", self.folder / f"{self.name}.ini"), stdout=log, stderr=log,
                                      stdin=subprocess.DEVNULL, env=env, cwd=self.folder)

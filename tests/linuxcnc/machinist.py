@@ -33,6 +33,7 @@ from safety import safety, status  # noqa: E402
 
 FOLDER = pathlib.Path(os.environ["MACHINIST_FOLDER"])
 SIM = os.environ["MACHINIST_SIM"].split()
+PORT = 20055
 HOME = ((-4000, 0), (-4000, 0), (4000, 0), (-2000, -2))  # bench.sim's edge, mill.ini's HOME_OFFSET
 SHARED_HOME = ((-6000, 0), (-6000, 0), (6000, 0), (-2000, -2))  # where limit switches are home switches
 DEVICE_HOME = [400, 400, -400, 0]  # device-homing.hal's HomePosition
@@ -54,6 +55,7 @@ class Machinist:
         self.name = FOLDER.name
         self.joints = range(int(ini.find("KINS", "JOINTS")))
         self.scale = [float(ini.find(f"JOINT_{j}", "SCALE") or servo_mill.SCALE) for j in self.joints]
+        self.device = os.environ["MACHINIST_DEVICE"], PORT
         self.motor = "servo" if self.name == "servo-mill" else "joint"
 
     def tell(self, text):
@@ -494,7 +496,8 @@ WORK = {"first_cut": first_cut, "lossy_cut": lossy_cut, "wires": lambda m: wires
         "jogging": jogging.jogging,
         "gantry": gantry.gantry, "lathe": lathe.lathe,
         "servo_mill": servo_mill.servo_mill, "printer_bed": printer_bed.printer_bed,
-        "device_thread": lathe.device_thread, "restarts": restarts.restarts}
+        "device_thread": lathe.device_thread, "restarts": restarts.restarts,
+        "losses": restarts.losses}
 
 
 def main():
