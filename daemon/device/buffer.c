@@ -64,6 +64,8 @@ void buffer_lose_sync(struct device *device)
 
 	if (buffer->synced)
 		device->image.engine.buffer_resyncs++;
+	if (buffer->synced && device->motion.phase == MOTION_ON)
+		buffer_abandon(device);
 	threading_spoil(device, POKEYS_TASK_FAILED);
 	if (buffer->doubt)
 		buffer_fill_failed(device);
@@ -303,8 +305,10 @@ void buffer_update(struct device *device)
 		return;
 	if (device->motion.phase == MOTION_OFF || device->motion.phase == MOTION_TASK)
 		buffer->cleared = false;
-	if (device->motion.phase != MOTION_ON && buffer->synced)
+	if (device->motion.phase != MOTION_ON && buffer->synced) {
+		buffer_leave(device);
 		buffer_lose_sync(device);
+	}
 	if (buffer->synced && is_on(device)) {
 		const bool rest = threading_stretched(device) ? buffer_settled(device) :
 								at_rest(device);

@@ -65,14 +65,23 @@ struct buffer {
 	uint64_t rest, begun;      /* the slots that only fill it: behind rest, to begun */
 	/* path: the slot executed last, the last one accepted; 32 bits are 49.7 days of motion */
 	uint64_t seen, end;
+	uint64_t dry;  /* the end after which it was last seen to run dry; 0 = not on this path */
+	uint64_t last; /* motion has ended on the path: `end` then, if a fill under way came */
+	bool leaving;  /* ... and nobody knows yet whether all was played before */
 	struct buffer_slot slot[BUFFER_PENDING];
 	struct buffer_slot path[BUFFER_PATH];
 	struct buffer_slot wished[BUFFER_PATH]; /* the command of each slot of the path */
 };
 
+/* The device is there, or there again: what it had is not known. */
+void buffer_begin(struct device *device);
 /* buffer.c: once a cycle, after motion has decided; then the request that is due. */
 void buffer_update(struct device *device);
 bool buffer_send(struct device *device);
+/* Motion has ended, perhaps on the path: a status will show whether all of it was played before. */
+void buffer_leave(struct device *device);
+/* The device plays what it has, and gets no more of it: the axes stop where that ends. */
+void buffer_abandon(struct device *device);
 /* From now on nothing is filled until it is known where the axes stand. */
 void buffer_lose_sync(struct device *device);
 /* The engine may run. */

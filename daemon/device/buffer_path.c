@@ -30,7 +30,8 @@ void buffer_path_begin(struct device *device, const int32_t position[POKEYS_AXES
 {
 	struct buffer *buffer = &device->buffer;
 
-	buffer->seen = buffer->end = 0;
+	buffer->seen = buffer->end = buffer->dry = 0;
+	buffer->leaving = false;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		slot_at(device, 0)->position[i] = position[i];
 		buffer->wished[0].position[i] = position[i];

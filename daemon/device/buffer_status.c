@@ -12,6 +12,7 @@
 #include "daemon/device/internal.h"
 
 #define STILL_NS (20 * MS)
+#define DRY_NS (3 * BUFFER_SLOT_NS)
 #define DISORDER_FADES 65536	/* statuses: a minute */
 #define SILENCE_FADES_NS (60 * SECOND)
 #define SILENCE_MOST_NS (50 * MS)	/* a longer one outlasts any lead */
@@ -158,8 +159,10 @@ static void judge_by_position(struct device *device, const struct wire_pulse_sta
 	uint64_t at;
 
 	if (buffer_path_find(device, status->position, buffer->seen, buffer->end, &at)) {
-		if (device->now_ns >= buffer->empty_ns)
-			buffer_lose_sync(device); /* seen by now, or it has no motion */
+		if (device->now_ns >= buffer->empty_ns) {
+			buffer_resolve(device, false); /* seen by now, or it has no motion */
+			buffer_lose_sync(device);
+		}
 		return;
 	}
 	if (buffer_path_find(device, status->position, buffer->end + 1, buffer->end + buffer->sent,
@@ -167,14 +170,84 @@ static void judge_by_position(struct device *device, const struct wire_pulse_sta
 		buffer_resolve(device, true);
 }
 
-static void ran_dry(struct device *device)
+/* Does the path's slot move an axis? */
+static bool moves_at(const struct buffer *buffer, uint64_t at)
+{
+	return at && memcmp(&buffer->path[at % BUFFER_PATH], &buffer->path[(at - 1) % BUFFER_PATH],
+			    sizeof(buffer->path[0]));
+}
+
+static void ran_dry(struct device *device, uint64_t at)
+{
+	if (device->buffer.dry == at)
+		return;
+	device->buffer.dry = at;
+	device->image.engine.buffer_underruns++;
+}
+
+/*
+ * All that is known to be in the device was played, and its last slot moved: the axes were stopped
+ * without a ramp. A fill under way may have come in time, but not if they stand.
+ */
+static void judge_dry(struct device *device)
 {
 	const struct buffer *buffer = &device->buffer;
-	bool moving = false;
 
-	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		moving = moving || buffer->step[i];
-	device->image.engine.buffer_underruns += moving && !buffer->open;
+	if (!threading_stretched(device) && buffer->seen == buffer->end &&
+	    moves_at(buffer, buffer->end) &&
+	    ((!buffer->open && !buffer->doubt) || device->now_ns - buffer->still_ns >= DRY_NS))
+		ran_dry(device, buffer->end);
+}
+
+static uint64_t last_slot(const struct buffer *buffer)
+{
+	return buffer->end + (buffer->open || buffer->doubt ? buffer->sent : 0);
+}
+
+void buffer_abandon(struct device *device)
+{
+	const struct buffer *buffer = &device->buffer;
+
+	if (!threading_stretched(device) &&
+	    (moves_at(buffer, buffer->end) || moves_at(buffer, last_slot(buffer))))
+		ran_dry(device, buffer->end);
+}
+
+void buffer_leave(struct device *device)
+{
+	struct buffer *buffer = &device->buffer;
+
+	buffer->leaving = buffer->busy && !threading_stretched(device);
+	buffer->last = last_slot(buffer);
+}
+
+void buffer_begin(struct device *device)
+{
+	struct buffer *buffer = &device->buffer;
+
+	if (buffer->synced)
+		buffer_leave(device);
+	/* the connection was lost for longer than what was left could last */
+	if (buffer->leaving && (moves_at(buffer, buffer->end) || moves_at(buffer, buffer->last)))
+		device->image.engine.buffer_underruns++;
+	memset(buffer, 0, sizeof(*buffer));
+}
+
+/* Was it stopped in time, or after it had played all? A fill that was under way is in, or not. */
+static void judge_leaving(struct device *device, const struct wire_pulse_status_rep *status)
+{
+	struct buffer *buffer = &device->buffer;
+
+	if (!buffer->leaving)
+		return;
+	if (moves_at(buffer, buffer->end) && buffer_path_is(device, status->position, buffer->end))
+		ran_dry(device, buffer->end);
+	else if (moves_at(buffer, buffer->last) &&
+		 buffer_path_is(device, status->position, buffer->last))
+		ran_dry(device, buffer->last);
+	else if (status->engine_state == WIRE_ENGINE_RUNNING)
+		return;
+	buffer->leaving = false;
 }
 
 /* How far it is; false if it is nowhere on the path. */
@@ -201,8 +274,7 @@ static bool follow(struct device *device, const struct wire_pulse_status_rep *st
 		at = buffer->end;
 	if (at > before)
 		buffer->seen = at;
-	if (at > before && at == buffer->end && !threading_stretched(device))
-		ran_dry(device);
+	judge_dry(device);
 	return true;
 }
 
@@ -231,8 +303,10 @@ static void judge_status(struct device *device, const struct wire_pulse_status_r
 
 	learn_slots(buffer, status->buffer_slots);
 	watch_rest(device, status->position);
-	if (device->motion.phase != MOTION_ON || status->engine_state != WIRE_ENGINE_RUNNING)
+	if (device->motion.phase != MOTION_ON || status->engine_state != WIRE_ENGINE_RUNNING) {
+		judge_leaving(device, status);
 		return;
+	}
 	if (!buffer->synced) {
 		if (newest)
 			try_sync(device, status);

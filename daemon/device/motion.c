@@ -65,7 +65,7 @@ bool motion_standing(const struct device *device)
 void motion_begin(struct device *device)
 {
 	memset(&device->motion, 0, sizeof(device->motion));
-	memset(&device->buffer, 0, sizeof(device->buffer));
+	buffer_begin(device);
 	device->motion.verify = true;
 	device->motion.state_ended_ns = device->now_ns;
 }

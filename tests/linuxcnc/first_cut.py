@@ -104,11 +104,9 @@ def sampler(name):
 
 # A machine without realtime starves the buffer now and then; the simulated motors lose no step.
 NO_STEP_LOST = "setp pokeys.0.engine.dry-loses-position 0\n"
-BUFFERED = {
-    "mill.hal": [("setp patience.on-delay", NO_STEP_LOST + "setp patience.on-delay")],
-    "pokeysd.conf": [(f"axis.{axis}.mode = position\n", f"axis.{axis}.mode = buffered\n")
-                     for axis in range(4)],
-}
+PLAYED = {"pokeysd.conf": [(f"axis.{axis}.mode = position\n", f"axis.{axis}.mode = buffered\n")
+                           for axis in range(4)]}
+BUFFERED = PLAYED | {"mill.hal": [("setp patience.on-delay", NO_STEP_LOST + "setp patience.on-delay")]}
 # Then pos-fb is where an axis is, so it is known how late that is.
 WITH_DELAY = {"mill.hal": [(re.compile("^net motion-type.*$", re.MULTILINE), "")]}
 # What pendant.hal and device-jog.hal say is to be changed.
@@ -202,6 +200,8 @@ WORKS = {
     "losses_by_pin": ("mill", both(BY_PIN, first_cut_settings("mill", 0.02)), (), "losses"),
     "losses_gantry": ("gantry", first_cut_settings("gantry", 0.2), (), "losses"),
     "losses_lathe": ("lathe", first_cut_settings("lathe", 0.2), (), "losses"),
+    "dry": ("mill", both(PLAYED, first_cut_settings("mill", 0.2)), ("--count-free",), "dry"),
+    "dry_by_pin": ("mill", both(both(BY_PIN, PLAYED), first_cut_settings("mill", 0.2)), ("--count-free",), "dry"),
     "restarts_lathe_soon": ("lathe", first_cut_settings("lathe", 0.02), (), "restarts"),
 }
 

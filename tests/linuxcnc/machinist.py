@@ -497,7 +497,7 @@ WORK = {"first_cut": first_cut, "lossy_cut": lossy_cut, "wires": lambda m: wires
         "gantry": gantry.gantry, "lathe": lathe.lathe,
         "servo_mill": servo_mill.servo_mill, "printer_bed": printer_bed.printer_bed,
         "device_thread": lathe.device_thread, "restarts": restarts.restarts,
-        "losses": restarts.losses}
+        "losses": restarts.losses, "dry": restarts.dry}
 
 
 def main():

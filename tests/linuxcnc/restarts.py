@@ -2,7 +2,8 @@
 """Positions are lost while the machine is homed. For machinist.py.
 
 The device is switched off and on: it counts from 0, and answers again sooner or later than LinuxCNC's
-patience lasts. Or another client sets a position, or another device takes its address.
+patience lasts. Or another client sets a position, another device takes its address, or what was to be
+played is not there in time.
 """
 import socket
 import struct
@@ -14,6 +15,7 @@ from safety import safety
 
 BOOT_MS = (0, 15, 100, 1000)
 STRANGER = 4711                 # serial number of another device
+DRY_MS = 700                    # longer than what a buffer holds, shorter than lost-after-ms
 SET_POSITIONS = 0xBB, 0x85, 3   # sets the positions of the axes whose bits follow
 PLACE = {"mill": "X80 Y20 Z-5 A10", "gantry": "X80 Y60 Z-5", "lathe": "X-30 Z-42",
          "printer-bed": "X80 Y60 Z-20"}
@@ -118,4 +120,19 @@ def losses(m):
     """What takes positions, besides a restart."""
     lost_at_rest(m, "a position set by another client", lambda: set_elsewhere(m, 0, -123456))
     lost_at_rest(m, "another device at its address", lambda: replaced(m, STRANGER))
+    homed_again(m)
+
+
+def dry(m):
+    """A motion buffer that runs dry: nobody knows how many steps that has cost."""
+    at_work(m, PLACE[m.name])
+    begin = places(m)[0]
+    m.said.clear()
+    m.command.mdi(f"G53 G1 {BACK[m.name]} F600")
+    # a motor loses no steps in a stop from almost nothing
+    m.until("X on its way", lambda _: abs(places(m)[0] - begin) > 5)
+    m.sim(f"silence {DRY_MS}")
+    is_known(m)
+    m.until("the axes standing", lambda _: all(float(m.sim(f"axis {a}")["speed"]) == 0 for a in m.joints))
+    stays_there(m, "the buffer ran dry", BACK[m.name])
     homed_again(m)
