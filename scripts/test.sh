@@ -8,7 +8,7 @@
 # fuzzing, long runs of the gateway, and unit and sim again in sanitized builds. The end of the output lists the suites left out.
 #
 # Tests run two at a time, also in sanitized builds. Those of net, gateway and HAL spend most of their time
-# waiting and run four at a time, the longest first (priority in tests/*/meson.build); LinuxCNC's machines must
+# waiting and run four at a time (two with --load), the longest first (priority in tests/*/meson.build); LinuxCNC's machines must
 # not be late and run alone. Those of web, vm and soak, which use a browser, virtual machines or much traffic,
 # run one at a time. A test that is in two suites runs once. The last line is "N passed, N failed, N skipped".
 #
@@ -100,9 +100,12 @@ run_group() {
 
 # Run the selected suites once, in this order, whatever their order on the command line.
 run_round() {
+	# beside busy processes, nothing is left of a processor that waits
+	local waiting=4
+	[ "$LOAD" = 0 ] || waiting=2
 	run_group unit-sim 2 unit sim
-	run_group net-gateway 4 net gateway
-	run_group hal-linuxcnc 4 hal linuxcnc
+	run_group net-gateway "$waiting" net gateway
+	run_group hal-linuxcnc "$waiting" hal linuxcnc
 	run_group web 1 web
 	run_group vm 1 vm
 	run_group package 1 package
