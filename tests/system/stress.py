@@ -110,7 +110,8 @@ def quiet(house):
 
 def test_disks_and_caches_and_a_kernel_short_of_memory():
     with House() as house:
-        house.device_keys["mill"] |= {"lost-after-ms": 60000, "digital-outputs": "31-34"}
+        # the commander may be late, as nobody locks its memory
+        house.device_keys["mill"] |= {"lost-after-ms": 60000, "heartbeat-timeout-ms": 60000, "digital-outputs": "31-34"}
         house.start_sim()
         daemon = house.start_daemon()
         house.wait_fresh()
