@@ -4,7 +4,7 @@
  *
  * A bounded ring with one writer (the realtime thread) and one reader (the
  * control thread). The writer never waits: a full ring drops the event and
- * counts it. The texts stand in the table of event.c, so that the journal,
+ * counts it. The texts are in event_text*.c, so that the journal,
  * the man page and the tests use the same ones.
  */
 #ifndef DEVICE_EVENT_H

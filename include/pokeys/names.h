@@ -14,7 +14,7 @@
 extern "C" {
 #endif
 
-/* clang-format off: tables */
+/* clang-format off: a number and its word in each line */
 /* enum pokeys_link */
 static inline const char *pokeys_link_name(uint8_t link)
 {
