@@ -13,7 +13,7 @@ enum home_stage {
 	HOME_STAGE_ASKED,   /* the device is to begin */
 	HOME_STAGE_SEARCH,  /* it searches, alone */
 	HOME_STAGE_FOUND,   /* waits for the other joints of the group */
-	HOME_STAGE_FINISH,  /* the device is told that homing is over */
+	HOME_STAGE_FINISH,  /* homing is over: the request to end it is sent */
 	HOME_STAGE_ARM,     /* its position is being set */
 	HOME_STAGE_ARMED,   /* it is; waits for the others */
 	HOME_STAGE_MOVE,    /* to HOME, by the device */

@@ -26,7 +26,7 @@ enum legacy_home_command {
 enum legacy_home_phase {
 	LEGACY_PHASE_IDLE,
 	LEGACY_PHASE_HOMING,    /* the device homes; at its state 10 ready to finalize */
-	LEGACY_PHASE_FINISHING, /* it was told that homing is over */
+	LEGACY_PHASE_FINISHING, /* the request to end homing was sent */
 	LEGACY_PHASE_FINISHED,  /* ready to arm */
 	LEGACY_PHASE_ARMING,    /* the position is being set */
 	LEGACY_PHASE_ARMED,     /* it is; waits for the final move */

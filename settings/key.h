@@ -19,7 +19,7 @@ enum settings_type {
 	SETTINGS_PIN_FUNCTION, /* terminals that have the function `bits` */
 	SETTINGS_PIN_FLAG,     /* terminals that have it besides another function */
 	SETTINGS_PIN_PAIR,     /* two terminals, one after the other in memory, 0-based */
-	SETTINGS_PIN_ROW,      /* terminals in order, 0-based; how many stands in `counted` */
+	SETTINGS_PIN_ROW,      /* terminals in order, 0-based; `counted` is their number */
 	SETTINGS_PIN_BITS,     /* bit array of terminals */
 	SETTINGS_BYTES,        /* numbers minimum..maximum; what is not given is 0 */
 	SETTINGS_TEXT,         /* characters, NUL terminated */

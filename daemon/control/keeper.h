@@ -43,7 +43,7 @@ struct keeper {
 	/* between the two */
 	_Atomic bool stop;
 	_Atomic uint32_t order; /* enum record_reason; the thread's until it is 0 again */
-	_Atomic uint32_t done;  /* 1: `path`, `result` and `packets` are to be told */
+	_Atomic uint32_t done;  /* 1: `path`, `result` and `packets` have to be reported */
 	_Atomic bool begun;     /* beside `path` there may be a file that is not whole */
 	_Atomic bool removed;   /* ... it was given up, and is gone */
 	char path[KEEPER_PATH];

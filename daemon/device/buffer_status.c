@@ -204,13 +204,19 @@ static uint64_t last_slot(const struct buffer *buffer)
 	return buffer->end + (buffer->open || buffer->doubt ? buffer->sent : 0);
 }
 
-void buffer_abandon(struct device *device)
+/* The axes stop after `end` or, if a fill under way came, after `last`. */
+static void stop_there(struct device *device, uint64_t last)
 {
 	const struct buffer *buffer = &device->buffer;
 
-	if (!threading_stretched(device) &&
-	    (moves_at(buffer, buffer->end) || moves_at(buffer, last_slot(buffer))))
+	if (moves_at(buffer, buffer->end) || moves_at(buffer, last))
 		ran_dry(device, buffer->end);
+}
+
+void buffer_abandon(struct device *device)
+{
+	if (!threading_stretched(device))
+		stop_there(device, last_slot(&device->buffer));
 }
 
 void buffer_leave(struct device *device)
@@ -228,8 +234,8 @@ void buffer_begin(struct device *device)
 	if (buffer->synced)
 		buffer_leave(device);
 	/* the connection was lost for longer than what was left could last */
-	if (buffer->leaving && (moves_at(buffer, buffer->end) || moves_at(buffer, buffer->last)))
-		device->image.engine.buffer_underruns++;
+	if (buffer->leaving)
+		stop_there(device, buffer->last);
 	memset(buffer, 0, sizeof(*buffer));
 }
 
@@ -254,7 +260,7 @@ static void judge_leaving(struct device *device, const struct wire_pulse_status_
 static bool follow(struct device *device, const struct wire_pulse_status_rep *status, bool newest)
 {
 	struct buffer *buffer = &device->buffer;
-	const uint64_t last = buffer->end + (buffer->open || buffer->doubt ? buffer->sent : 0);
+	const uint64_t last = last_slot(buffer);
 	const uint64_t before = buffer->seen;
 	uint64_t at;
 

@@ -10,7 +10,7 @@
 #include <stdint.h>
 
 struct encoder {
-	int32_t count;     /* last one that is certain; wraps at 2^32 */
+	int32_t count;     /* the last count that is certain; wraps at 2^32 */
 	uint64_t t_ns;     /* when it was sampled: when its answer came */
 	uint64_t asked_ns; /* ... and not before it was asked for */
 	double rate;       /* counts per ns, of late */

@@ -46,7 +46,7 @@ static enum event_level level_of(enum pokeys_link link, enum pokeys_fault fault)
 	    fault == POKEYS_FAULT_LOCKED)
 		return EVENT_ERROR;
 	if (fault == POKEYS_FAULT_IN_USE)
-		return EVENT_DEBUG; /* it is told by who knows whose it is (control/claim.c) */
+		return EVENT_DEBUG; /* control/claim.c knows the owner, and logs it */
 	return fault ? EVENT_WARNING : EVENT_NOTICE;
 }
 

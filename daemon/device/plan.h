@@ -111,7 +111,7 @@ struct fast {
 };
 
 struct plan {
-	uint64_t cycle;                  /* the last one that was planned */
+	uint64_t cycle;                  /* the last cycle that was planned */
 	uint64_t next_cycle;             /* in which to ask for everything fast */
 	uint64_t last_io_ns;             /* when the last 0xCC was answered */
 	bool doubt_tick, doubt_identity; /* was it another one that answered? */

@@ -131,7 +131,7 @@ struct setting {
 /* postep_talk.c: on the way to the drivers, and back. */
 struct postep_talk {
 	uint8_t step;                 /* of what has to be done, 0 = the first */
-	uint8_t passing;              /* bit = axis that the device was told about */
+	uint8_t passing;              /* bit = axis whose setting was sent to the device */
 	uint8_t awaited;              /* bit = axis whose driver has not been talked to since */
 	uint8_t updates[POKEYS_AXES]; /* its counter then */
 	bool open, waiting, counted;
@@ -156,7 +156,7 @@ struct configure {
 	bool found_running; /* the engine, since we look at it */
 	bool stop_open;
 	uint64_t watch_ns;  /* when the next one is read in its turn */
-	uint8_t watch_last; /* the last one that is no function of pins */
+	uint8_t watch_last; /* the last watched setting other than a pin's function */
 	bool watch_pins;    /* those were the last */
 	uint64_t again_ns;  /* blocked until then; 0 = not */
 };

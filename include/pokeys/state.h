@@ -123,7 +123,7 @@ enum pokeys_task_phase {
 	POKEYS_TASK_STARTING = 2,  /* the device was asked to begin */
 	POKEYS_TASK_WORKING = 3,   /* it was seen to have begun */
 	POKEYS_TASK_COMPLETE = 4,  /* homed; the commander has yet to finish it */
-	POKEYS_TASK_FINISHING = 5, /* the device is told, or asked for results */
+	POKEYS_TASK_FINISHING = 5, /* the end is requested from the device, or results are */
 	POKEYS_TASK_STOPPING = 6,  /* the engine is brought to stand */
 };
 

@@ -421,6 +421,9 @@ def test_behind_a_proxy_nobody_comes_past_it():
                                       ("https://mill.example:8443", {"Host": "mill.example:8443"}, 200),
                                       ("https://mill.example:8443", {"X_Forwarded_Host": "mill.example:8443"}, 200),
                                       ("https://mill.example", {"X_Forwarded_Host": "mill.example:8443"}, 403),
+                                      # two proxies, one behind the other
+                                      ("https://mill.example:8443", {"X_Forwarded_Host": "mill.example:8443, inner",
+                                                                     "X_Forwarded_Proto": "HTTPS, http"}, 200),
                                       ("https://mill.example", {"Host": f"{FAR}:{PORT}"}, 200),
                                       ("https://mill.example:8443", {"Host": f"{FAR}:{PORT}"}, 403),
                                       ("https://evil.example", {"X_Forwarded_Host": "evil.example"}, 403),

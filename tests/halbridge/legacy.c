@@ -239,7 +239,7 @@ static void a_switch_is_true_when_tripped(void **state)
 	set->limit_minus_invert = true;
 	rig_period(&rig);
 	assert_true(!legacy->axis[3].limit_minus && legacy->axis[3].limit_minus_not);
-	set->limit_minus_pin = 5; /* axis stands in state 0: the pin itself */
+	set->limit_minus_pin = 5; /* while the axis is in state 0: the pin itself */
 	set->limit_minus_invert = false;
 	rig.daemon.digital_in[0] = 1u << 4;
 	rig_period(&rig);

@@ -133,6 +133,6 @@ def dry(m):
     m.until("X on its way", lambda _: abs(places(m)[0] - begin) > 5)
     m.sim(f"silence {DRY_MS}")
     is_known(m)
-    m.until("the axes standing", lambda _: all(float(m.sim(f"axis {a}")["speed"]) == 0 for a in m.joints))
+    m.until("the axes standing", lambda _: not any(m.turns(a) for a in m.joints))
     stays_there(m, "the buffer ran dry", BACK[m.name])
     homed_again(m)

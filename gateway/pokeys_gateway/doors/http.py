@@ -77,24 +77,24 @@ def _is_one_of(origin: str, hosts: Iterable[str], scheme: str, ports: tuple[int,
                for asked in (urlsplit(f"//{host}") for host in hosts))
 
 
-def origin_is_ours(request: web.Request, config: Config, proxied: bool, ports: tuple[int, ...]) -> bool:
+def origin_is_ours(request: web.Request, config: Config, session: Session, ports: tuple[int, ...]) -> bool:
     """Did a page of ours send this request, whose Host is ours? A browser names the page's origin.
 
     WebSockets are open to the pages of all sites unless the server looks. Ours is the page of the same
     host and port; its port may also be lower by one of `ports`. A proxy may ask under another name: then the page's
     is the one that the proxy gives, or one of ours at the usual port.
     """
-    headers = request.headers
-    hosts, scheme = [headers["Host"]], "https" if request.secure else ""
-    if proxied:
-        scheme = headers.get("X-Forwarded-Proto", scheme)
-        given: list[str] = headers.getall("X-Forwarded-Host", [])
-        # it may have passed what the browser said
-        if given and not host_is_ours(given, config):
+    hosts = [request.headers["Host"]]
+    if given := session.forwarded(request, "Host"):
+        # what the browser has asked for, which may be any name
+        if not host_is_ours([given], config):
             return False
-        hosts = given or [*hosts, *config.host_names]
+        hosts = [given]
+    elif session.proxied(request):
+        hosts += config.host_names
+    scheme = session.scheme(request)
     try:
-        return all(_is_one_of(origin, hosts, scheme, ports) for origin in headers.getall("Origin", []))
+        return all(_is_one_of(origin, hosts, scheme, ports) for origin in request.headers.getall("Origin", []))
     except ValueError:
         return False
 
@@ -125,10 +125,10 @@ def guard(config: Config, gate: Gate, session: Session, headers: dict[str, str],
         if not host_is_ours(request.headers.getall("Host", []), config, here):
             return complaint(
                 HTTPStatus.FORBIDDEN, "this host name is not allowed; see host-names in pokeys-gateway.conf(5)")
-        proxied = session.proxied(request)
-        if not origin_is_ours(request, config, proxied, ports(request)):
+        if not origin_is_ours(request, config, session, ports(request)):
             return complaint(HTTPStatus.FORBIDDEN, "a page of another site must not ask here" + (
-                "; the proxy has to pass the page's host and port (X-Forwarded-Host)" if proxied else ""))
+                "; the proxy has to pass the page's host and port (X-Forwarded-Host)"
+                if session.proxied(request) else ""))
         # browsers say so where they can; links to the page are good
         if request.headers.get("Sec-Fetch-Site") == "cross-site" and request.headers.get(
                 "Sec-Fetch-Mode") != "navigate":

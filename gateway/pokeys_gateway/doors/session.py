@@ -38,6 +38,14 @@ class Session:
         """Does it come from a proxy of ours?"""
         return exact(request.remote or "") in self._proxies
 
+    def forwarded(self, request: web.Request, name: str) -> str:
+        """What a proxy of ours says of the browser's request. Of several proxies, the first knows."""
+        return request.headers.get(f"X-Forwarded-{name}", "").partition(",")[0].strip() if self.proxied(request) else ""
+
+    def scheme(self, request: web.Request) -> str:
+        """Of the page's URL; empty if only a proxy would know."""
+        return self.forwarded(request, "Proto").lower() or ("https" if request.secure else "")
+
     def address(self, request: web.Request) -> str:
         """Of the client, as what counts as one; behind a proxy, the one that the proxy has added."""
         peer = request.remote or ""
@@ -92,7 +100,7 @@ class Session:
             "WWW-Authenticate": 'Basic realm="pokeys-gateway", charset="UTF-8"'}))
 
     def _secure(self, request: web.Request) -> bool:
-        return request.secure or (self.proxied(request) and request.headers.get("X-Forwarded-Proto", "") == "https")
+        return self.scheme(request) == "https"
 
     def _state(self, request: web.Request, who: Who | None) -> web.Response:
         return good({"required": self._access.required, "user": who.name or None if who else None,
