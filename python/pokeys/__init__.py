@@ -19,5 +19,6 @@ from .pokeysctl import Found, discover
 from .snapshot import Diagnostics, Histogram, State, board_outputs, describe, names
 
 __all__ = ["Axis", "Command", "Commander", "Device", "Diagnostics", "Error", "Event", "Found", "Histogram", "Lapsed",
-           "LibraryMissing", "MovesControl", "NoDaemon", "NoSuchDevice", "OneShot", "Order", "Outcome", "Refused", "Servo",
-           "Stale", "State", "ToolFailed", "attach", "board_outputs", "describe", "devices", "discover", "names"]
+           "LibraryMissing", "MovesControl", "NoDaemon", "NoSuchDevice", "OneShot", "Order", "Outcome", "Refused",
+           "Servo", "Stale", "State", "ToolFailed", "attach", "board_outputs", "describe", "devices", "discover",
+           "names"]

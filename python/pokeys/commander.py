@@ -26,12 +26,13 @@ from . import _library, _names, one_shot
 from ._values import Draft, Writable
 from .errors import Lapsed, Refused
 from .one_shot import OneShot, Outcome
-from .snapshot import RUNNING, Shot, State
+from .snapshot import RUNNING, Shot, State, data_age_ns
 
 PERIOD_MS = 2
-ATTACH_S, REFUSED_S, TURN_S = 3.0, 1.0, 0.01
+ATTACH_S, REFUSED_S, RISE_S, TURN_S = 3.0, 1.0, 1.0, 0.01
 USUAL_HZ = 1000
 SHORTEST_S, LONGEST_S = 0.01, 60.0
+READ_OLD_NS = 100_000_000   # POKEYS_READ_OLD_NS: the daemon switches nothing on that moves by positions older than that
 OUTPUT = "pin.%02u.out"
 _AXIS, _SERVO = struct.Struct("<ifBB6x"), struct.Struct("<dfB3x")
 AXES, SERVOS = 8, 6
@@ -86,8 +87,8 @@ class _Held(Draft):
         self._library = library
         self._client = client
         self._lapsed = False
-        self._given_ns = 0      # when our last command was given
-        self._on = False
+        self._looked_ns = self._given_ns = 0    # when our last command was begun, and given
+        self._on: tuple[bool, ...] = ()         # the machine, axes and servo motors
         self._session = _new_session()
         self._head = 0          # one-shots of this session
         self._lock = lock
@@ -100,7 +101,7 @@ class _Held(Draft):
         """
         self._clear()
         self._give()
-        self._lapsed = self._on = False
+        self._lapsed, self._on = False, self._switched_on()
         self._wait()
 
     def _clear(self) -> None:
@@ -149,10 +150,15 @@ class _Held(Draft):
         """The daemon would ignore a terminal that is set up as something else."""
         if value.name != OUTPUT or self._library.fast.pokeys_client_read(self._client, self._state):
             return
-        state = State(Shot(self._state.raw, time.monotonic_ns()))
+        state = State(self._shot())
         if state.link_state == RUNNING and not state.pin[index].is_output:
             raise ValueError(f"{value.named(index)}: terminal {index + 1} is not a digital output of this device; add "
                              "it to digital-outputs in pokeysd.conf and restart pokeysd")
+
+    def _switched_on(self) -> tuple[bool, ...]:
+        return (bool(_names.CommandValues.machine_is_on.take(self, 0)),
+                *(_AXIS.unpack_from(self.image, _names.COMMAND_AXES + i * _AXIS.size)[-1] for i in range(AXES)),
+                *(_SERVO.unpack_from(self.image, _names.COMMAND_SERVOS + i * _SERVO.size)[-1] for i in range(SERVOS)))
 
     def _commit(self) -> None:
         wanted = bytes(self.image)
@@ -161,10 +167,51 @@ class _Held(Draft):
             self.image[:] = wanted
         else:
             self.renew()
-        on = bool(_names.CommandValues.machine_is_on.take(self, 0))
-        if on and not self._on:
+        before, self._on = self._on, self._switched_on()
+        rises = [now and not was for now, was in zip(self._on, before, strict=True)]
+        if any(rises):
+            self._rise(machine=rises[0])
+        else:
+            self._offer()
+
+    def _rise(self, *, machine: bool) -> None:
+        """Command the image, which switches something on. Where the computer was so busy that the daemon may have
+        refused this for old positions, command it again, for a second at most.
+        """
+        wanted = bytes(self.image)
+        end = time.monotonic() + RISE_S
+        while True:
+            if machine:
+                self._wait()        # off has to be seen before on
+            self._offer()
             self._wait()
-        self._on = on
+            if self._was_timely(machine=machine) or not self._wait_young(end):
+                return
+            if machine:
+                _place("machine-is-on")[0].enter(self, 0, False)
+                self._offer()
+                self.image[:] = wanted
+
+    def _was_timely(self, *, machine: bool) -> bool:
+        """The daemon has not taken the last command for that of somebody who had looked too long ago."""
+        shot = self._shot()
+        state = State(shot)
+        taken_ns = struct.unpack_from("<Q", self._state.raw, _names.STATE_COMMAND_TIME)[0]
+        return not state.connected or (machine and state.machine_on_permitted) or \
+            max(taken_ns - self._looked_ns, data_age_ns(shot)) <= READ_OLD_NS
+
+    def _wait_young(self, end: float) -> bool:
+        """Until the positions are young enough; whether they are before ``end``."""
+        while time.monotonic() < end:
+            if not self._library.fast.pokeys_client_read(self._client, self._state) and \
+                    data_age_ns(self._shot()) <= READ_OLD_NS:
+                return True
+            self._library.cold.pokeys_client_renew(self._client)
+            time.sleep(TURN_S / 4)
+        return False
+
+    def _offer(self) -> None:
+        """Command the image. :class:`Lapsed`."""
         if self._give():
             # it ran out just now, and the library has taken the command
             self._clear()
@@ -196,6 +243,10 @@ class _Held(Draft):
             self._commit()
             return self._head - 1
 
+    def _shot(self) -> Shot:
+        """What was read last."""
+        return Shot(self._state.raw, time.monotonic_ns())
+
     def _taken(self) -> tuple[int, int]:
         """The session whose one-shots the daemon takes, and how many it has taken."""
         if self._library.fast.pokeys_client_read(self._client, self._state):
@@ -221,9 +272,9 @@ class _Held(Draft):
     def _give(self) -> bool:
         """Command the image. True if there was a lapse."""
         # the daemon permits nothing to somebody who has not looked
-        looked = time.monotonic_ns()
+        self._looked_ns = time.monotonic_ns()
         self._library.fast.pokeys_client_read(self._client, self._state)
-        struct.pack_into("<Q", self.image, _names.COMMAND_READ_TIME, looked)
+        struct.pack_into("<Q", self.image, _names.COMMAND_READ_TIME, self._looked_ns)
         whole = (ctypes.c_char * len(self.image)).from_buffer(self.image)
         lapsed = bool(self._library.cold.pokeys_client_command(self._client, whole))
         # what the library's thread writes from now on is this command, whatever it was about to write
@@ -235,7 +286,7 @@ class _Held(Draft):
         if self._library.fast.pokeys_client_read(self._client, self._state):
             return False
         written_ns = struct.unpack_from("<Q", self._state.raw, _names.STATE_COMMAND_TIME)[0]
-        return State(Shot(self._state.raw, time.monotonic_ns())).commander_alive and written_ns >= self._given_ns
+        return State(self._shot()).commander_alive and written_ns >= self._given_ns
 
     def _wait(self) -> None:
         """Until the daemon has seen what was given last; :class:`Refused` if it does not."""
@@ -311,8 +362,9 @@ class Command(_names.CommandValues):
                servos: Mapping[int, Servo] | None = None) -> None:
         """Command several values at once, and axes and servo motors by their numbers.
 
-        Nothing is commanded if one of them cannot be. Positions of what the daemon moves along a path do not matter
-        until the path has ended; then they have to become where it is. See docs/servos.md.
+        Nothing is commanded if one of them cannot be. What switches on the machine, an axis or a servo motor waits
+        until the daemon has seen it; :class:`Refused` after three seconds. Positions of what the daemon moves along a
+        path do not matter until the path has ended; then they have to become where it is. See docs/servos.md.
         """
         self._image.change([(*_place(name), value) for name, value in values.items()], axes, servos)
 

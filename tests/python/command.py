@@ -160,6 +160,52 @@ def test_other_outputs_and_the_machine():
             renewed(command, "the stop", lambda: not mill.read(stale_ok=True).machine_on_permitted)
 
 
+class Late:
+    """The library of a computer that is busy for a moment just when the machine or an axis is switched on."""
+
+    def __init__(self, library):
+        self.fast, self.cold = library.fast, self
+        self.real = library.cold
+        self.late = 1
+
+    def pokeys_client_renew(self, client):
+        return self.real.pokeys_client_renew(client)
+
+    def pokeys_client_command(self, client, image):
+        names = pokeys._names
+        axis = int.from_bytes(image[names.COMMAND_AXES + 9:names.COMMAND_AXES + 10])
+        machine = names.CommandValues.machine_is_on.offset
+        if axis or image[machine // 8][0] >> machine % 8 & 1:
+            late, self.late = self.late, False
+            time.sleep(0.3 if late else 0)
+        return self.real.pokeys_client_command(client, image)
+
+
+def test_what_is_switched_on_by_old_positions_is_switched_on_again():
+    axis = {"mode": "position", "max-speed": 20000, "max-acceleration": 200000, "limit-minus": "off", "limit-plus": "off"}
+    with machine(axes=1, generator="external", **{f"axis.0.{key}": value for key, value in axis.items()}) as (
+            house, _, mill), mill.command(lease=30) as command:
+        held = command._image
+        held._library = late = Late(held._library)
+        command.machine_is_on = True
+        equal((late.late, mill.read(stale_ok=True).machine_on_permitted), (0, True))
+        late.late = 1
+        position = mill.read(stale_ok=True)["joint.00.counts"]
+        command.update({}, axes={0: pokeys.Axis(position, 1, True)})
+        renewed(command, "the axis", lambda: mill.read(stale_ok=True)["joint.00.enabled"])
+        equal(late.late, 0)
+        # both had been refused; what is refused for another reason is not tried again
+        refused = "positions known to the commander are"
+        wait_for("the event", lambda: refused in house.log("pokeysd.log"))
+        times = house.log("pokeysd.log").count(refused)
+        command.emergency_stop = True
+        renewed(command, "the stop", lambda: not mill.read(stale_ok=True).machine_on_permitted)
+        command.machine_is_on = False
+        command.machine_is_on = True
+        equal(mill.read(stale_ok=True).machine_on_permitted, False)
+        equal(house.log("pokeysd.log").count(refused), times)
+
+
 def test_a_lease_that_runs_out_is_told():
     with machine() as (house, sim, mill):
         with mill.command(lease=2) as command:
