@@ -7,7 +7,8 @@ import re
 import subprocess
 import sys
 import tempfile
-import traceback
+
+from rig import run_in_fork
 
 PROGRAM = pathlib.Path(sys.argv[1])
 
@@ -111,26 +112,8 @@ def start(*words):
 
 
 def run(*words):
-    """The same in a fork of this process, which has the libraries already: to load them takes most of a second."""
-    with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
-        pid = os.fork()
-        if pid == 0:
-            os.dup2(out.fileno(), 1)
-            os.dup2(err.fileno(), 2)
-            status = 1
-            try:
-                status = __main__.main([os.fsdecode(word) for word in words])
-            except SystemExit as ended:
-                status = ended.code
-            except BaseException:           # as Python ends
-                traceback.print_exc()
-            sys.stdout.flush()
-            sys.stderr.flush()
-            os._exit(status)
-        status = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
-        out.seek(0)
-        err.seek(0)
-        return subprocess.CompletedProcess(words, status, out.read().decode(), err.read().decode())
+    """The same without a start."""
+    return run_in_fork(__main__.main, *words)
 
 
 def main():

@@ -136,9 +136,10 @@ class Client:
             await self.ws.send(json.dumps(request))
             while (message := await self.read()).get("id") != self.number:
                 self.updates.append(message)
-            # while something is judged, on a busy computer, no ping is answered
+            # while something is judged, on a busy computer, no ping is answered, and the next one comes after 0.4 s
             if "send it again" not in message.get("error", {}).get("message", ""):
                 break
+            await asyncio.sleep(0.1)
         equal("result" in message, good, message)
         if good:
             judge(self.document, {"$ref": f"#/$defs/{method}.result"}).validate(message["result"])

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A gateway beside a House (tests/system/house.py): a daemon and a simulated device."""
 import contextlib
+import functools
 import http.client
 import json
 import os
@@ -8,6 +9,8 @@ import pathlib
 import socket
 import subprocess
 import sys
+import tempfile
+import traceback
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/system"))
@@ -20,10 +23,42 @@ NEEDED = "aiohttp", "prometheus_client", "serial"
 
 def need_libraries():
     """Debian's Python has what the gateway needs, or the test cannot be run."""
+    if missing := _missing():
+        raise Skip(f"{missing} (Debian: python3-aiohttp, python3-prometheus-client, python3-serial)")
+
+
+@functools.cache
+def _missing():
     ran = subprocess.run([PYTHON, "-c", f"import {', '.join(NEEDED)}"], capture_output=True, text=True, check=False)
-    if ran.returncode:
-        raise Skip(f"{ran.stderr.strip().splitlines()[-1]} (Debian: python3-aiohttp, python3-prometheus-client, "
-                   "python3-serial)")
+    return ran.stderr.strip().splitlines()[-1] if ran.returncode else ""
+
+
+def run_in_fork(begin, *words, given=""):
+    """What a program says and how it ends, as subprocess.run() does, in a fork of this process: begin(words) is its main(),
+    and its libraries are here already. To load them takes most of a second."""
+    with tempfile.TemporaryFile() as into, tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+        into.write(given.encode())
+        into.seek(0)
+        sys.stdout.flush()
+        sys.stderr.flush()
+        pid = os.fork()
+        if pid == 0:
+            for number, file in enumerate((into, out, err)):
+                os.dup2(file.fileno(), number)
+            status = 1
+            try:
+                status = begin([os.fsdecode(word) for word in words])
+            except SystemExit as ended:
+                status = ended.code
+            except BaseException:           # as Python ends
+                traceback.print_exc()
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(status)
+        status = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+        out.seek(0)
+        err.seek(0)
+        return subprocess.CompletedProcess(words, status, out.read().decode(), err.read().decode())
 
 
 class Gateway:
@@ -94,7 +129,8 @@ def machine(*sim_words, more="", heaters=None, servos=None, **keys):
         house.device_keys["mill"] |= {"lost-after-ms": 5000, "stale-after-ms": 4000, **keys}
         house.heater_keys, house.servo_keys = heaters or {}, servos or {}
         (records := house.folder / "records").mkdir()
-        house.daemon_keys["record-folder"] = records
+        # nothing in the gateway depends on the length of a cycle, with which a daemon and a device are always busy; motors do
+        house.daemon_keys |= {"record-folder": records, "period-us": 1000 if servos else 4000}
         sim = house.start_sim(*sim_words)
         daemon = house.start_daemon()
         house.wait_fresh()
@@ -125,7 +161,9 @@ def loops(**keys):
 def environment():
     """Where the programs and libraries of the build are."""
     library = next(path for name, path in House.programs.items() if name.startswith("libpokeys_shm.so"))
-    return {"PYTHONPATH": f"{ROOT / 'gateway'}:{ROOT / 'python'}", "PYTHONDONTWRITEBYTECODE": "1",
+    # many gateways are started, and to compile it takes as long as all the rest of a start
+    return {"PYTHONPATH": f"{ROOT / 'gateway'}:{ROOT / 'python'}", "PYTHONDONTWRITEBYTECODE": "",
+            "PYTHONPYCACHEPREFIX": str(library.parents[1] / "pycache"),
             "POKEYS_SHM_LIBRARY": str(library),
             **({"POKEYS_GATEWAY_WEB": str(House.programs["page.js"].parent)} if "page.js" in House.programs else {}),
             "POKEYSCTL": str(House.programs["pokeysctl"])}

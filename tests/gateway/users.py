@@ -16,7 +16,7 @@ import ssl
 import subprocess
 import sys
 
-from rig import PATIENCE, PYTHON, House, Skip, environment, need_libraries
+from rig import PATIENCE, PYTHON, House, Skip, environment, need_libraries, run_in_fork
 from house import equal, main, wait_equal, wait_for  # noqa: E402  (rig.py finds it)
 
 try:
@@ -37,7 +37,8 @@ def sh(*words, **options):
 
 def program(*words, given=None):
     """The gateway's program, to its end."""
-    return sh(PYTHON, "-B", House.programs["pokeys-gateway"], *words, input=given, env={**os.environ, **environment()})
+    from pokeys_gateway import __main__
+    return run_in_fork(__main__.main, *words, given=given or "")
 
 
 class Place:

@@ -186,19 +186,24 @@ def run(*command, **options):
 
 def wait_for(what, test, limit=PATIENCE, say=None):
     """Until test() is true; what it gave then. say() adds to the complaint that it never was."""
-    end_at = time.monotonic() + limit
+    begun = time.monotonic()
     while not (found := test()):
-        assert time.monotonic() < end_at, f"{what}: not within {limit} s, still {say() if say else found!r}"
-        time.sleep(0.01)
+        assert time.monotonic() < begun + limit, f"{what}: not within {limit} s, still {say() if say else found!r}"
+        pause(begun)
     return found
+
+
+def pause(begun):
+    """Before looking again for what is awaited since then: what takes long is not found much later, and costs less."""
+    time.sleep(min(0.1, max(0.01, (time.monotonic() - begun) / 10)))
 
 
 def wait_equal(what, get, wanted, limit=PATIENCE):
     """Until get() gives what is wanted."""
-    end_at = time.monotonic() + limit
+    begun = time.monotonic()
     while (found := get()) != wanted:
-        assert time.monotonic() < end_at, f"{what}: {found!r} after {limit} s, not {wanted!r}"
-        time.sleep(0.01)
+        assert time.monotonic() < begun + limit, f"{what}: {found!r} after {limit} s, not {wanted!r}"
+        pause(begun)
 
 
 def equal(found, wanted, why=""):
