@@ -110,7 +110,7 @@ def test_what_the_device_does_not_have_keeps_nothing_on():
         # the fan was commanded while it was one
         assert "Error" not in "".join(ask("M112")) and not one.house.state()["flags"]["machine_on"]
         assert not is_on(one, 31) and not is_on(one, 34)
-        assert "emergency stop from the commander" in one.house.log()
+        wait_for("the event", lambda: "emergency stop from the commander" in one.house.log())
 
 
 def test_fans_and_a_spindle():

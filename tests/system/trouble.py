@@ -406,6 +406,31 @@ def test_a_disk_that_hangs_stops_no_sign_of_life():
         equal(end(daemon), 0)
 
 
+def test_a_configuration_on_a_disk_that_hangs_stops_nothing():
+    with House() as house:
+        house.start_sim()
+        daemon = house.start_daemon(env={**house.open_notify(), "WATCHDOG_USEC": "200000",
+                                         "LD_PRELOAD": str(house.programs["hung_disk.so"]),
+                                         "HUNG_NAME": "late.conf", "HUNG_FOLDER": str(house.folder),
+                                         "ASAN_OPTIONS": "verify_asan_link_order=0"})
+        house.wait_fresh()
+        (more := house.folder / "pokeysd.conf.d").mkdir()
+        (more / "late.conf").write_text("[device mill]\nfailsafe-timeout-ms = 1700\n")
+        daemon.send_signal(signal.SIGHUP)
+        wait_for("a disk that hangs", (house.folder / "hung").exists)
+        drain(house)
+        told = []
+        wait_for("five signs of life", lambda: told.extend(drain(house)) or told.count("WATCHDOG=1") >= 5)
+        house.wait_fresh()
+        asked = house.spawn("pokeysctl", "-r", house.runtime, "config", "apply", "mill", log="ctl.log")
+        assert "was read again" not in house.log(), "it did not hang"
+        (house.folder / "go").touch()
+        wait_for("the reload", lambda: "was read again" in house.log(), say=house.log)
+        equal(asked.wait(PATIENCE), 0, house.log("ctl.log"))
+        wait_for("the setting", lambda: "failsafe configured" in house.log(), say=house.log)
+        equal(end(daemon), 0)
+
+
 def test_metrics_on_a_full_disk_stop_nothing():
     with House() as house:
         small = house.folder / "small"
