@@ -13,7 +13,8 @@
  *
  * A motion buffer that ran dry, a limit switch and the emergency input stop axes without a
  * ramp. The counts of those that moved are right, but their motors may have lost steps, so
- * that is a loss as well. So is an error of a motor's driver, which leaves the motor without
+ * that is a loss as well. Such stops are counted: the engine's state may be another one before
+ * anybody reads it. So is an error of a motor's driver, which leaves the motor without
  * current, and another daemon than before: it cannot know what was while nobody looked.
  *
  * LinuxCNC takes an order to unhome a joint by an edge, and refuses it while the machine
@@ -24,8 +25,6 @@
 #define UNHOME_NS	UINT64_C(250000000)	/* so long it is true, and then false */
 #define ALARM_NS	UINT64_C(1000000000)
 #define MOVED_NS	UINT64_C(100000000)	/* a stop so long afterwards is one with a ramp */
-
-enum { STOP_LIMIT = 100, STOP_EMERGENCY = 101 }; /* protocol section 3.24.1 */
 
 /* Homed in LinuxCNC's own way. */
 static void acknowledge(struct position *position, bool homed)
@@ -98,11 +97,6 @@ static bool judge_motor(struct position *position, const struct pokeys_axis *axi
 	return error || (stopped && position->moved_ns && now_ns - position->moved_ns < MOVED_NS);
 }
 
-static bool is_tripped(const struct pokeys_engine *engine)
-{
-	return engine->state == STOP_LIMIT || engine->state == STOP_EMERGENCY;
-}
-
 static void show(struct positions *positions, struct values *values, uint64_t now_ns)
 {
 	const bool lost_before = values->position_lost, unhome_before = values->unhome;
@@ -137,7 +131,7 @@ bool positions_read(struct positions *positions, struct joint joint[POKEYS_AXES]
 {
 	const bool dry = engine->buffer_underruns != positions->underruns &&
 			 values->engine.dry_loses;
-	const bool stopped = is_tripped(engine) && !positions->tripped && values->engine.dry_loses;
+	const bool stopped = engine->stops != positions->stops && values->engine.dry_loses;
 	bool anew = false, lost = false, knew, moved;
 
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
@@ -167,7 +161,7 @@ bool positions_read(struct positions *positions, struct joint joint[POKEYS_AXES]
 	alarm(positions, lost, values->machine_is_on, now_ns);
 	if (fresh) {
 		positions->underruns = engine->buffer_underruns;
-		positions->tripped = is_tripped(engine);
+		positions->stops = engine->stops;
 	}
 	show(positions, values, now_ns);
 	return anew;

@@ -28,7 +28,7 @@ struct position {
 struct positions {
 	struct position joint[POKEYS_AXES];
 	uint32_t underruns;
-	bool tripped;       /* the engine was stopped by a switch, at the last read */
+	uint8_t stops;      /* of the engine without a ramp, at the last read */
 	uint64_t unhome_ns; /* since then joints have to be unhomed; 0 = none has to */
 	uint64_t alarm_ns;  /* one was lost then */
 	bool alarm;         /* ... and for a second, and until machine-is-on falls */

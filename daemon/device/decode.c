@@ -219,6 +219,41 @@ static void take_axis(struct device *device, unsigned int i,
 				    axis->position == axis->reference;
 }
 
+/* The switch is set up, so the device stops the engine within a millisecond, if nothing else does.
+ */
+static bool hits_limit(const struct device *device, const struct wire_pulse_status_rep *status)
+{
+	const struct pokeys_engine *before = &device->image.engine;
+	const uint8_t minus = status->limit_neg & (uint8_t)~before->limit_minus;
+	const uint8_t plus = status->limit_pos & (uint8_t)~before->limit_plus;
+
+	if (before->state != WIRE_ENGINE_RUNNING || status->engine_state != WIRE_ENGINE_RUNNING ||
+	    status->limit_override)
+		return false;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		const uint8_t set_up =
+			device->configure.setting[SETTING_AXIS + i].value.axis.config.switches;
+
+		if ((minus >> i & 1 && set_up & WIRE_SWITCH_LIMIT_N) ||
+		    (plus >> i & 1 && set_up & WIRE_SWITCH_LIMIT_P))
+			return true;
+	}
+	return false;
+}
+
+/*
+ * The trip may never be seen: whoever sees the switch stops the machine, and the stop that is sent
+ * then ends the engine's state of being tripped.
+ */
+static void count_stops(struct device *device, const struct wire_pulse_status_rep *status)
+{
+	struct pokeys_engine *engine = &device->image.engine;
+
+	if (hits_limit(device, status) ||
+	    (status->engine_state != engine->state && engine_tripped(status->engine_state)))
+		engine->stops++;
+}
+
 static void take_engine_state(struct device *device, uint8_t state)
 {
 	const uint8_t before = device->image.engine.state;
@@ -290,6 +325,7 @@ bool decode_engine(struct device *device, const struct wire_pulse_status_rep *fr
 	const struct wire_pulse_status_rep status = *from;
 	const bool placed = place_take(device, from, asked_ns, came_ns);
 
+	count_stops(device, &status);
 	take_engine_state(device, status.engine_state);
 	engine->axes_enabled = status.axes_enabled;
 	engine->activated = status.activated;

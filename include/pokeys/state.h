@@ -33,9 +33,9 @@ extern "C" {
 
 #define POKEYS_STATE_MAGIC	UINT32_C(0x54534b50)	/* "PKST" */
 #define POKEYS_DIAG_MAGIC	UINT32_C(0x47444b50)	/* "PKDG" */
-#define POKEYS_STATE_VERSION	20
+#define POKEYS_STATE_VERSION	21
 #define POKEYS_DIAG_VERSION	4
-#define POKEYS_STATE_HASH	UINT64_C(0x8d758d41d3294b53)
+#define POKEYS_STATE_HASH	UINT64_C(0xffba3099fa38976e)
 #define POKEYS_DIAG_HASH	UINT64_C(0x043bbadfaaa1ea0e)
 
 enum {
@@ -248,12 +248,12 @@ struct pokeys_engine {
 	uint8_t emergency_pin; /* as on the wire: 0 off, 1 default, else terminal + 10 */
 	uint8_t dedicated_limit_minus, dedicated_limit_plus, dedicated_home; /* raw, per axis */
 	uint8_t limit_minus, limit_plus, home; /* raw switch bits of the status, per axis */
-	uint8_t reserved;
-	uint8_t task;              /* enum pokeys_task, the one at work or the last one */
-	uint8_t task_phase;        /* enum pokeys_task_phase */
-	uint8_t task_result;       /* enum pokeys_task_result */
-	uint8_t task_axes;         /* bit = axis */
-	uint32_t task_count;       /* tasks that have ended */
+	uint8_t stops;       /* without a ramp, by limit switches and emergency input, modulo 256 */
+	uint8_t task;        /* enum pokeys_task, the one at work or the last one */
+	uint8_t task_phase;  /* enum pokeys_task_phase */
+	uint8_t task_result; /* enum pokeys_task_result */
+	uint8_t task_axes;   /* bit = axis */
+	uint32_t task_count; /* tasks that have ended */
 	uint32_t buffer_underruns; /* the buffer ran dry while axes were moving */
 	uint32_t buffer_resyncs;   /* positions were read back to know what was executed */
 	struct pokeys_axis axis[POKEYS_AXES];

@@ -2037,7 +2037,7 @@ STATE_ONE_SHOTS = 2360
 STATE_COMMAND_TIME = 2496
 
 
-STATE_HASH, STATE_SIZE = 0x8d758d41d3294b53, 4736
+STATE_HASH, STATE_SIZE = 0xffba3099fa38976e, 4736
 STATE_VALUES: tuple[Value[Any], ...] = (
     StateValues.link_state, StateValues.fault, StateValues.fault_count, StateValues.reconnects,
     StateValues.cycle, StateAge.publish_us, StateAge.cycle_us, StateAge.digital_us, StateAge.analog_us,

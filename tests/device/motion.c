@@ -7,10 +7,12 @@
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <cmocka.h>
 #include "tests/device/world.h"
+#include "wire/pulse.h"
 
 static struct world world;
 
@@ -300,6 +302,53 @@ static void limit_override_reaches_the_device(void **state)
 	assert_int_equal(world_pulses(&world, 0), 500);
 }
 
+/* What the device says of its state, from when the switch is seen until the machine is off. */
+static bool lose_status(struct world *w, const uint8_t *packet)
+{
+	return w->state.engine.axis[0].limit_plus && packet[1] == 0x85 &&
+	       (packet[2] == 0x00 || packet[2] == 0x08);
+}
+
+/*
+ * LinuxCNC sees the switch in the state and stops the machine, before the device does or just
+ * afterwards, and this stop ends its state of being tripped.
+ */
+static void a_stop_by_a_limit_switch_counts_whatever_ends_it(void **state)
+{
+	const struct sim_switch limit = {
+		.wired = true,
+		.pin = SIM_DEDICATED,
+		.from = 2000,
+		.to = INT32_MAX,
+	};
+	unsigned int unseen = 0;
+
+	(void)state;
+	for (unsigned int cycles = 0; cycles < 12; cycles++) {
+		world_init(&world, NULL);
+		world_axes(&world);
+		world.config.settings.axis[0].switches = WIRE_SWITCH_LIMIT_P;
+		world.config.settings.axis[0].switches_mask = WIRE_SWITCH_LIMIT_P;
+		sim_bench_switch(&world.rig.device, &world.rig.device.bench.machine.axis[0].plus,
+				 &limit);
+		world_all_moving(&world);
+		world_run(&world, 50 * MS);
+		assert_int_equal(world.state.engine.stops, 0);
+		world_go(&world, 0, 9000, 0);
+		while (!world.state.engine.axis[0].limit_plus)
+			world_cycle(&world);
+		unseen += world.state.engine.state == WIRE_ENGINE_RUNNING;
+		world.lose_reply = cycles & 1 ? lose_status : NULL;
+		world_run(&world, cycles * MS / 4);
+		world_machine_off(&world);
+		world_run(&world, 20 * MS);
+		world.lose_reply = NULL;
+		world_run(&world, 100 * MS);
+		assert_int_not_equal(world.state.engine.stops, 0);
+	}
+	printf("%u of 12 were seen before the engine stopped\n", unseen);
+}
+
 /* Whatever is lost, late, doubled or overtaken: at the end it stands where it was told. */
 static void position_is_exact_at_the_end_whatever_the_network_does(void **state)
 {
@@ -356,6 +405,7 @@ int main(void)
 		cmocka_unit_test_setup(an_axis_at_the_end_of_its_pulses_has_ways_back,
 				       begin_moving),
 		cmocka_unit_test_setup(limit_override_reaches_the_device, begin_moving),
+		cmocka_unit_test(a_stop_by_a_limit_switch_counts_whatever_ends_it),
 		cmocka_unit_test(position_is_exact_at_the_end_whatever_the_network_does),
 	};
 

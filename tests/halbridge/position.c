@@ -199,7 +199,13 @@ static void a_buffer_that_ran_dry_is_a_loss_of_steps(void **state)
 	assert_true(joint->pos_fb == 150.1);
 }
 
-enum { RUNNING = 3, STOP_LIMIT = 100, STOP_EMERGENCY = 101 };
+enum { STOPPED = 0, RUNNING = 3, STOP_LIMIT = 100, STOP_EMERGENCY = 101 };
+
+static void trip(uint8_t state)
+{
+	rig.daemon.engine.state = state;
+	rig.daemon.engine.stops++;
+}
 
 /* The device stops all axes at once; those that moved may have lost steps. */
 static void a_stop_by_a_switch_is_a_loss_for_axes_that_moved(void **state)
@@ -212,7 +218,7 @@ static void a_stop_by_a_switch_is_a_loss_for_axes_that_moved(void **state)
 		axis->position += 40;
 		rig_periods(&rig, 3);
 		is_known();
-		rig.daemon.engine.state = stops[i];
+		trip(stops[i]);
 		rig_period(&rig);
 		is_lost(true);
 		assert_true(joint->pos_fb == 150.1);
@@ -229,8 +235,22 @@ static void the_last_step_may_come_with_the_stop(void **state)
 {
 	(void)state;
 	rig_periods(&rig, 200);
-	rig.daemon.engine.state = STOP_LIMIT;
+	trip(STOP_LIMIT);
 	axis->position -= 3;
+	rig_period(&rig);
+	is_lost(true);
+}
+
+/* Whoever saw the switch has stopped the machine, and the thread was late just then. */
+static void a_stop_that_is_over_already_is_a_loss(void **state)
+{
+	(void)state;
+	rig.daemon.engine.state = RUNNING;
+	axis->position += 40;
+	rig_periods(&rig, 3);
+	trip(STOP_LIMIT);
+	rig.daemon.engine.state = STOPPED;
+	axis->position += 3;
 	rig_period(&rig);
 	is_lost(true);
 }
@@ -242,14 +262,14 @@ static void a_stop_of_axes_that_stand_is_no_loss(void **state)
 	rig.daemon.engine.state = RUNNING;
 	axis->position += 40;
 	rig_periods(&rig, 200);
-	rig.daemon.engine.state = STOP_LIMIT;
+	trip(STOP_LIMIT);
 	rig_periods(&rig, 3);
 	is_known();
 	values->engine.dry_loses = false;
 	rig.daemon.engine.state = RUNNING;
 	axis->position += 40;
 	rig_periods(&rig, 3);
-	rig.daemon.engine.state = STOP_LIMIT;
+	trip(STOP_LIMIT);
 	rig_periods(&rig, 3);
 	is_known();
 }
@@ -295,7 +315,7 @@ static void who_has_no_position_loses_none(void **state)
 	rig.daemon.engine.state = RUNNING;
 	axis->position += 4000;
 	rig_periods(&rig, 3);
-	rig.daemon.engine.state = STOP_EMERGENCY;
+	trip(STOP_EMERGENCY);
 	rig_periods(&rig, 3);
 	is_known();
 	rig_init(&rig);
@@ -371,6 +391,7 @@ int main(void)
 		cmocka_unit_test_setup(a_buffer_that_ran_dry_is_a_loss_of_steps, setup),
 		cmocka_unit_test_setup(a_stop_by_a_switch_is_a_loss_for_axes_that_moved, setup),
 		cmocka_unit_test_setup(the_last_step_may_come_with_the_stop, setup),
+		cmocka_unit_test_setup(a_stop_that_is_over_already_is_a_loss, setup),
 		cmocka_unit_test_setup(a_stop_of_axes_that_stand_is_no_loss, setup),
 		cmocka_unit_test_setup(who_has_no_position_loses_none, setup),
 		cmocka_unit_test_setup(an_error_of_a_driver_is_a_loss_for_its_axis, setup),

@@ -49,7 +49,7 @@ static const struct {
 	PART(analog[POKEYS_ANALOG], "no input"),
 	PART(counter[POKEYS_PINS], "no counter"),
 	{ offsetof(struct pokeys_state, pwm_enabled) + 1, 3, "no channel" },
-	PART(engine.reserved, "nothing"),
+	PART(engine.stops, "for pokeys_shm, which shows what they cost"),
 	PART(moves.reserved, "nothing"),
 	PART(poextbus[10], "no byte of the bus"),
 	PART(poextbus[11], "no byte of the bus"),

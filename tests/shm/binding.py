@@ -53,7 +53,7 @@ class Engine(Structure):
     _fields_ = [(name, c_uint8) for name in (
         "state axes_enabled activated limit_override emergency charge_pump generator "
         "misc_inputs relays outputs buffer_slots buffer_level power_states probe_status slot_time emergency_invert emergency_pin dedicated_limit_minus "
-        "dedicated_limit_plus dedicated_home limit_minus limit_plus home reserved "
+        "dedicated_limit_plus dedicated_home limit_minus limit_plus home stops "
         "task task_phase task_result task_axes"
     ).split()] + [("task_count", c_uint32), ("buffer_underruns", c_uint32),
                   ("buffer_resyncs", c_uint32), ("axis", Axis * AXES)]
@@ -134,7 +134,7 @@ class Moves(Structure):
 
 
 class State(Structure):
-    VERSION, HASH = 20, 0x8d758d41d3294b53
+    VERSION, HASH = 21, 0xffba3099fa38976e
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "

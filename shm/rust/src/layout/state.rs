@@ -135,7 +135,7 @@ layout! {
         limit_minus: u8,
         limit_plus: u8,
         home: u8,
-        reserved: u8,
+        stops: u8,
         task: u8,
         task_phase: u8,
         task_result: u8,
@@ -488,8 +488,8 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 20, size 4736,
-    hash 0x8d758d41d3294b53, hash_function iox_state_hash
+    PokeysState, "state", magic 0x5453_4b50, version 21, size 4736,
+    hash 0xffba3099fa38976e, hash_function iox_state_hash
 }
 
 published! {
