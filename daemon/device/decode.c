@@ -219,7 +219,9 @@ static void take_axis(struct device *device, unsigned int i,
 				    axis->position == axis->reference;
 }
 
-/* The switch is set up, so the device stops the engine within a millisecond, if nothing else does.
+/*
+ * A limit switch that is set up was reached: the device stops the engine within a millisecond, if
+ * nothing else does.
  */
 static bool hits_limit(const struct device *device, const struct wire_pulse_status_rep *status)
 {

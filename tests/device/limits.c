@@ -29,6 +29,7 @@ static void preset(struct device *device)
 	image->fault_count = UINT32_MAX;
 	image->engine.task_count = image->engine.buffer_underruns = UINT32_MAX;
 	image->engine.buffer_resyncs = UINT32_MAX;
+	image->engine.stops = UINT8_MAX;
 	device->wishes.count = UINT32_MAX - 1;
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
 		image->encoder_resync[i] = UINT32_MAX;

@@ -22,6 +22,7 @@ static void start(uint64_t limit_ns)
 	rig.daemon.encoder[4] = INT32_MAX - RATE * PERIODS / 2;
 	rig.daemon.engine.axis[2].position_epoch = UINT8_MAX;
 	rig.daemon.engine.buffer_underruns = UINT32_MAX;
+	rig.daemon.engine.stops = UINT8_MAX;
 	rig.daemon.engine.task_count = UINT32_MAX;
 	exchange->command.heartbeat = UINT32_MAX - PERIODS / 2;
 	exchange->reads = UINT32_MAX - PERIODS / 2;
