@@ -49,6 +49,9 @@ static const struct model_row rows[] = {
 	STATUS("needs-edge", NEEDS_EDGE, "",
 	       HELP("machine-is-on is high, but must fall and rise again before anything moves; as "
 		    "last published")),
+	STATUS("edge-unread", EDGE_UNREAD, "",
+	       HELP("machine-is-on is high, but its edge was refused: the positions that the "
+		    "commander had read were too old; as last published")),
 	STATUS("outputs-held", OUTPUTS_HELD, "",
 	       HELP("outputs are held in the safe state after a loss or an emergency stop, until "
 		    "machine-is-on rises; as last published")),

@@ -69,11 +69,17 @@ static const struct {
 	const char *key;
 	uint32_t bit;
 } flags[] = {
-	{ "commander", POKEYS_STATE_COMMANDER },       { "safe", POKEYS_STATE_SAFE },
-	{ "machine_on", POKEYS_STATE_MACHINE_ON },     { "needs_edge", POKEYS_STATE_NEEDS_EDGE },
-	{ "outputs_held", POKEYS_STATE_OUTPUTS_HELD }, { "realtime", POKEYS_STATE_REALTIME },
-	{ "fallback", POKEYS_STATE_FALLBACK },         { "bad_command", POKEYS_STATE_BAD_COMMAND },
-	{ "stopping", POKEYS_STATE_STOPPING },         { "guard", POKEYS_STATE_GUARD },
+	{ "commander", POKEYS_STATE_COMMANDER },
+	{ "safe", POKEYS_STATE_SAFE },
+	{ "machine_on", POKEYS_STATE_MACHINE_ON },
+	{ "needs_edge", POKEYS_STATE_NEEDS_EDGE },
+	{ "edge_unread", POKEYS_STATE_EDGE_UNREAD },
+	{ "outputs_held", POKEYS_STATE_OUTPUTS_HELD },
+	{ "realtime", POKEYS_STATE_REALTIME },
+	{ "fallback", POKEYS_STATE_FALLBACK },
+	{ "bad_command", POKEYS_STATE_BAD_COMMAND },
+	{ "stopping", POKEYS_STATE_STOPPING },
+	{ "guard", POKEYS_STATE_GUARD },
 };
 
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))

@@ -118,6 +118,7 @@ struct safe {
 	uint64_t commanded;         /* outputs that a commander ever drove */
 	uint64_t acked, acked_mask; /* outputs as the device has acknowledged them */
 	bool edge_armed;            /* machine-on was seen low while all was well */
+	bool edge_unread;           /* the last edge was refused, for old positions */
 	bool permitted;             /* motion */
 	bool reached;
 	bool lost;     /* something was, since motion was permitted last */

@@ -57,6 +57,8 @@ static uint32_t flags(const struct device *device)
 		set |= POKEYS_STATE_MACHINE_ON;
 	if (intake->fresh && intake->machine_on && !safe->permitted)
 		set |= POKEYS_STATE_NEEDS_EDGE;
+	if (safe->edge_unread)
+		set |= POKEYS_STATE_EDGE_UNREAD;
 	if (intake->fresh && running(device) && safe_holds(device))
 		set |= POKEYS_STATE_OUTPUTS_HELD;
 	if (intake->bad)

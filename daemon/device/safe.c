@@ -60,6 +60,7 @@ void safe_permit_drop(struct device *device)
 {
 	permit(device, false);
 	device->safe.edge_armed = false;
+	device->safe.edge_unread = false;
 }
 
 static bool has_axes(const struct device *device)
@@ -163,6 +164,7 @@ static void judge_emergency(struct device *device)
 static void judge_permission(struct device *device)
 {
 	struct safe *safe = &device->safe;
+	const bool tripped = engine_tripped(device->image.engine.state);
 
 	if (!running(device) || !device->intake.fresh || safe->stopping ||
 	    device->intake.emergency || device->now_ns < device->life.patient_until_ns) {
@@ -172,17 +174,18 @@ static void judge_permission(struct device *device)
 	if (!device->intake.machine_on) {
 		permit(device, false);
 		safe->edge_armed = true;
+		safe->edge_unread = false;
 		return;
 	}
-	if (safe->permitted && engine_tripped(device->image.engine.state)) {
+	if (tripped && (safe->permitted || safe->edge_unread)) {
 		safe_permit_drop(device);
 		return;
 	}
 	if (!safe->edge_armed)
 		return;
 	safe->edge_armed = false;
-	permit(device, positions_known(device) && !engine_tripped(device->image.engine.state) &&
-			       postep_permits(device));
+	safe->edge_unread = !tripped && !positions_known(device);
+	permit(device, !tripped && !safe->edge_unread && postep_permits(device));
 }
 
 static void judge_safe(struct device *device)

@@ -27,7 +27,8 @@
  * state.engine.axis[].position says. A commander must therefore read the state
  * first. If t_thread_ns is 0 or too old (POKEYS_READ_OLD_NS), or if the device's
  * data are too old, the rising edges of machine-on and of an axis' enable are
- * refused.
+ * refused. Of machine-on, POKEYS_STATE_EDGE_UNREAD says so until something else
+ * ends it: only then may a commander give the edge again by itself.
  */
 #ifndef POKEYS_COMMAND_H
 #define POKEYS_COMMAND_H

@@ -33,7 +33,7 @@ extern "C" {
 
 #define POKEYS_STATE_MAGIC	UINT32_C(0x54534b50)	/* "PKST" */
 #define POKEYS_DIAG_MAGIC	UINT32_C(0x47444b50)	/* "PKDG" */
-#define POKEYS_STATE_VERSION	21
+#define POKEYS_STATE_VERSION	22
 #define POKEYS_DIAG_VERSION	4
 #define POKEYS_STATE_HASH	UINT64_C(0xffba3099fa38976e)
 #define POKEYS_DIAG_HASH	UINT64_C(0x043bbadfaaa1ea0e)
@@ -88,6 +88,8 @@ enum {
 	POKEYS_STATE_GUARD = 1u << 9,         /* the XDP guard is attached */
 	POKEYS_STATE_OUTPUTS_HELD = 1u << 10, /* safe after a loss or emergency
 					       * stop, until machine-on rises */
+	POKEYS_STATE_EDGE_UNREAD = 1u << 11,  /* machine-on is high, and its edge was refused:
+					       * the commander's positions were too old */
 };
 
 /* state.failsafe: the device's own, for when nobody talks to it (protocol section 3.21) */

@@ -1790,6 +1790,10 @@ class StateValues(Part):
         "needs-edge", 1, (900, 0),
         "machine-is-on is high, but must fall and rise again before anything moves; as last "
         "published")
+    edge_unread = Bit(
+        "edge-unread", 1, (907, 0),
+        "machine-is-on is high, but its edge was refused: the positions that the commander had read"
+        " were too old; as last published")
     outputs_held = Bit(
         "outputs-held", 1, (906, 0),
         "outputs are held in the safe state after a loss or an emergency stop, until machine-is-on "
@@ -2043,7 +2047,7 @@ STATE_VALUES: tuple[Value[Any], ...] = (
     StateValues.cycle, StateAge.publish_us, StateAge.cycle_us, StateAge.digital_us, StateAge.analog_us,
     StateAge.analog_slow_us, StateAge.encoder_us, StateAge.motion_us, StateAge.slow_us, StateAge.postep_us,
     StateAge.link_us, StateAge.command_us, StateValues.machine_on_permitted, StateValues.needs_edge,
-    StateValues.outputs_held, StateValues.safe_state, StateValues.command_refused,
+    StateValues.edge_unread, StateValues.outputs_held, StateValues.safe_state, StateValues.command_refused,
     StateValues.commander_alive, StateDaemon.realtime, StateDaemon.fallback, StateDaemon.guard,
     StateDaemon.stopping, StateDaemon.stale, StateDaemon.epoch, StateDaemon.period_us,
     StateDaemon.stale_after_us, StateCommand.heartbeat, StateValues.command_refused_count,

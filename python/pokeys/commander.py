@@ -17,7 +17,7 @@ import struct
 import threading
 import time
 import weakref
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, NoReturn
@@ -33,6 +33,7 @@ ATTACH_S, REFUSED_S, RISE_S, TURN_S = 3.0, 1.0, 1.0, 0.01
 USUAL_HZ = 1000
 SHORTEST_S, LONGEST_S = 0.01, 60.0
 READ_OLD_NS = 100_000_000   # POKEYS_READ_OLD_NS: the daemon switches nothing on that moves by positions older than that
+UNREAD = 5                  # POKEYS_SERVO_UNREAD
 OUTPUT = "pin.%02u.out"
 _AXIS, _SERVO = struct.Struct("<ifBB6x"), struct.Struct("<dfB3x")
 AXES, SERVOS = 8, 6
@@ -168,37 +169,54 @@ class _Held(Draft):
         else:
             self.renew()
         before, self._on = self._on, self._switched_on()
-        rises = [now and not was for now, was in zip(self._on, before, strict=True)]
-        if any(rises):
-            self._rise(machine=rises[0])
+        rises = {n for n, (now, was) in enumerate(zip(self._on, before, strict=True)) if now and not was}
+        if rises:
+            self._rise(rises)
         else:
             self._offer()
 
-    def _rise(self, *, machine: bool) -> None:
-        """Command the image, which switches something on. Where the computer was so busy that the daemon may have
-        refused this for old positions, command it again, for a second at most.
+    def _rise(self, rises: Set[int]) -> None:
+        """Command the image, which switches these on. What the daemon refuses because the computer was so busy that its
+        commander had looked at the positions too long ago is commanded again, for a second at most.
         """
         wanted = bytes(self.image)
         end = time.monotonic() + RISE_S
+        if 0 in rises:
+            self._wait()        # off has to be seen before on
         while True:
-            if machine:
-                self._wait()        # off has to be seen before on
             self._offer()
             self._wait()
-            if self._was_timely(machine=machine) or not self._wait_young(end):
+            if not self._refused(rises) or not self._wait_young(end):
                 return
-            if machine:
-                _place("machine-is-on")[0].enter(self, 0, False)
+            # only what it still refuses for that: meanwhile, a stop may have come
+            for n in self._refused(rises):
+                self._switch_off(n)
+            if self.image != wanted:
                 self._offer()
+                self._wait()
                 self.image[:] = wanted
 
-    def _was_timely(self, *, machine: bool) -> bool:
-        """The daemon has not taken the last command for that of somebody who had looked too long ago."""
-        shot = self._shot()
-        state = State(shot)
+    def _refused(self, rises: Set[int]) -> set[int]:
+        """Those that the daemon says it has refused for old positions, and axes that it may have refused for that.
+
+        An axis follows an enable that is commanded again whether it was refused or not. The machine and a servo motor
+        need an edge, which might undo a stop: only if the daemon says that it has waited for one since.
+        """
+        state = State(self._shot())
         taken_ns = struct.unpack_from("<Q", self._state.raw, _names.STATE_COMMAND_TIME)[0]
-        return not state.connected or (machine and state.machine_on_permitted) or \
-            max(taken_ns - self._looked_ns, data_age_ns(shot)) <= READ_OLD_NS
+        late = taken_ns - self._looked_ns > READ_OLD_NS
+        refused = {0} if state.edge_unread else set()
+        refused |= {1 + i for i in range(AXES) if late and not state.joint[i].enabled}
+        refused |= {1 + AXES + i for i in range(SERVOS) if state.servo[i].refused == UNREAD}
+        return refused & rises
+
+    def _switch_off(self, n: int) -> None:
+        """One of :meth:`_switched_on`, in the image; an axis remains as it is."""
+        if n == 0:
+            _place("machine-is-on")[0].enter(self, 0, False)
+        elif n > AXES:
+            at = _names.COMMAND_SERVOS + (n - 1 - AXES) * _SERVO.size
+            _SERVO.pack_into(self.image, at, *_SERVO.unpack_from(self.image, at)[:-1], False)
 
     def _wait_young(self, end: float) -> bool:
         """Until the positions are young enough; whether they are before ``end``."""

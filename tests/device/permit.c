@@ -319,6 +319,7 @@ static void refused_as_unread(int64_t age_ms)
 	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
 	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].a, COMMAND_FAULT_UNREAD);
 	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].b, age_ms);
+	assert_true(world.state.flags & POKEYS_STATE_EDGE_UNREAD);
 	assert_int_equal(world_pulses(&world, 0), 0);
 }
 
@@ -333,10 +334,69 @@ static void who_has_not_read_gets_no_permission(void **state)
 	world.unread = false;
 	world_run(&world, 500 * MS);
 	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
+	assert_true(world.state.flags & POKEYS_STATE_EDGE_UNREAD);
 	assert_int_equal(world_pulses(&world, 0), 0);
 	world_machine_on(&world);
 	world_run(&world, 500 * MS);
+	assert_false(world.state.flags & POKEYS_STATE_EDGE_UNREAD);
 	assert_int_equal(world_pulses(&world, 0), 5000);
+}
+
+static void off(void)
+{
+	world.command.flags = 0;
+}
+
+static void emergency_stop(void)
+{
+	world.command.flags |= POKEYS_COMMAND_EMERGENCY;
+}
+
+static void cable_out(void)
+{
+	world.unplugged = true;
+}
+
+static void emergency_switch(void)
+{
+	world_emergency(&world);
+}
+
+/* A commander gives an edge again that was refused as unread: a stop has to end the reason. */
+static void a_stop_ends_the_reason_to_repeat_an_edge(void **state)
+{
+	void (*const stops[])(void) = { off, emergency_stop, cable_out };
+
+	for (size_t i = 0; i < sizeof(stops) / sizeof(stops[0]); i++) {
+		begin(state);
+		world.unread = true;
+		world.command.t_thread_ns = 0;
+		refused_as_unread(-1);
+		stops[i]();
+		world_run(&world, 500 * MS);
+		assert_false(world.state.flags & POKEYS_STATE_EDGE_UNREAD);
+	}
+}
+
+static void what_ends_the_permission_is_no_reason_to_repeat_an_edge(void **state)
+{
+	void (*const stops[])(void) = { off, emergency_stop, cable_out, emergency_switch };
+
+	for (size_t i = 0; i < sizeof(stops) / sizeof(stops[0]); i++) {
+		begin(state);
+		world_go(&world, 0, 0, 0);
+		world_machine_on(&world);
+		assert_true(world.state.flags & POKEYS_STATE_MACHINE_ON);
+		/* its commander does not look any more */
+		world.unread = true;
+		world_run(&world, 300 * MS);
+		stops[i]();
+		for (int k = 0; k < 500; k++) {
+			world_cycle(&world);
+			assert_false(world.state.flags & POKEYS_STATE_EDGE_UNREAD);
+		}
+		assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
+	}
 }
 
 static void who_read_long_ago_gets_no_permission(void **state)
@@ -463,6 +523,8 @@ int main(void)
 		cmocka_unit_test_setup(bad_value_at_the_edge_moves_nothing, begin),
 		cmocka_unit_test_setup(first_reference_is_that_of_the_edge, begin),
 		cmocka_unit_test_setup(who_has_not_read_gets_no_permission, begin),
+		cmocka_unit_test(a_stop_ends_the_reason_to_repeat_an_edge),
+		cmocka_unit_test(what_ends_the_permission_is_no_reason_to_repeat_an_edge),
 		cmocka_unit_test_setup(who_read_long_ago_gets_no_permission, begin),
 		cmocka_unit_test_setup(who_reads_slowly_is_one_that_reads, begin),
 		cmocka_unit_test_setup(a_time_of_reading_ahead_of_the_writing_counts_as_none,

@@ -19,13 +19,16 @@ from rig import PACKAGE, raises  # noqa: E402
 
 import pokeys  # noqa: E402
 
+ENABLED = 2     # servo.NN.state
+
 
 @contextlib.contextmanager
-def machine(**keys):
+def machine(*sim_words, servos=None, **keys):
     with House() as house:
+        house.servo_keys = servos or {}
         house.device_keys["mill"] |= {"digital-outputs": "31-34", "safe-on": 34, "heartbeat-timeout-ms": 1000,
                                       "stale-after-ms": 4000, "lost-after-ms": 5000, "failsafe-timeout-ms": 9000, **keys}
-        sim = house.start_sim()
+        sim = house.start_sim(*sim_words)
         house.start_daemon()
         house.wait_fresh()
         become(house, sim, [0, 0, 0, 1])
@@ -161,12 +164,14 @@ def test_other_outputs_and_the_machine():
 
 
 class Late:
-    """The library of a computer that is busy for a moment just when the machine or an axis is switched on."""
+    """The library of a computer that is busy for a moment just before the machine, an axis or a motor is switched on;
+    or just after, in which case something happens."""
 
     def __init__(self, library):
         self.fast, self.cold = library.fast, self
         self.real = library.cold
-        self.late = 1
+        self.late = True
+        self.meanwhile = None
 
     def pokeys_client_renew(self, client):
         return self.real.pokeys_client_renew(client)
@@ -174,11 +179,16 @@ class Late:
     def pokeys_client_command(self, client, image):
         names = pokeys._names
         axis = int.from_bytes(image[names.COMMAND_AXES + 9:names.COMMAND_AXES + 10])
+        servo = int.from_bytes(image[names.COMMAND_SERVOS + 12:names.COMMAND_SERVOS + 13])
         machine = names.CommandValues.machine_is_on.offset
-        if axis or image[machine // 8][0] >> machine % 8 & 1:
-            late, self.late = self.late, False
-            time.sleep(0.3 if late else 0)
-        return self.real.pokeys_client_command(client, image)
+        late = self.late and (axis or servo or image[machine // 8][0] >> machine % 8 & 1)
+        if late:
+            self.late = False
+            time.sleep(0 if self.meanwhile else 0.3)
+        result = self.real.pokeys_client_command(client, image)
+        if late and self.meanwhile:
+            self.meanwhile()
+        return result
 
 
 def test_what_is_switched_on_by_old_positions_is_switched_on_again():
@@ -188,12 +198,12 @@ def test_what_is_switched_on_by_old_positions_is_switched_on_again():
         held = command._image
         held._library = late = Late(held._library)
         command.machine_is_on = True
-        equal((late.late, mill.read(stale_ok=True).machine_on_permitted), (0, True))
-        late.late = 1
+        equal((late.late, mill.read(stale_ok=True).machine_on_permitted), (False, True))
+        late.late = True
         position = mill.read(stale_ok=True)["joint.00.counts"]
         command.update({}, axes={0: pokeys.Axis(position, 1, True)})
         renewed(command, "the axis", lambda: mill.read(stale_ok=True)["joint.00.enabled"])
-        equal(late.late, 0)
+        equal(late.late, False)
         # both had been refused; what is refused for another reason is not tried again
         refused = "positions known to the commander are"
         wait_for("the event", lambda: refused in house.log("pokeysd.log"))
@@ -204,6 +214,54 @@ def test_what_is_switched_on_by_old_positions_is_switched_on_again():
         command.machine_is_on = True
         equal(mill.read(stale_ok=True).machine_on_permitted, False)
         equal(house.log("pokeysd.log").count(refused), times)
+
+
+def test_a_motor_that_is_switched_on_by_old_positions_is_switched_on_again():
+    motor = {"encoder": 0, "pwm": 0, "direction-pin": 31, "enable-pin": 35, "counts-per-unit": 400, "max-speed": 300,
+             "pid-p": 1, "max-age-ms": 100}
+    with machine("--preset", "servo-mill", servos={"x": motor}, **{
+            "digital-outputs": "32-34", "failsafe-timeout-ms": 1000, "pwm-period": 1250, "encoder.0.enable": "on", "encoder.0.pins": "1, 2",
+            "encoder.0.sampling": 4}) as (_, _, mill), mill.command(lease=30) as command:
+        wait_for("it", lambda: mill.read(stale_ok=True)["servo.00.condition"] == 0)
+        position = mill.read(stale_ok=True)["servo.00.pos-fb"]
+        command.update({}, servos={0: pokeys.Servo(position, False)})
+        command.wait()
+        held = command._image
+        held._library = late = Late(held._library)
+        command.update({}, servos={0: pokeys.Servo(position, True)})
+        renewed(command, "the motor", lambda: mill.read(stale_ok=True)["servo.00.state"] == ENABLED)
+        equal(late.late, False)
+
+
+def test_what_a_loss_has_ended_is_not_switched_on_again():
+    axis = {"mode": "position", "max-speed": 20000, "max-acceleration": 200000, "limit-minus": "off", "limit-plus": "off"}
+    with machine(axes=1, generator="external", **{
+            "stale-after-ms": 1000, "lost-after-ms": 2000, **{f"axis.0.{key}": value for key, value in axis.items()}}) as (
+            house, sim, mill), mill.command(lease=60) as command:
+        held = command._image
+        held._library = late = Late(held._library)
+
+        def cable_out():
+            """It is over before the library looks again, which is more than 100 ms after it had looked last."""
+            wait_for("the axis", lambda: mill.read(stale_ok=True)["joint.00.enabled"])
+            sim.send_signal(signal.SIGSTOP)
+            wait_for("the loss", lambda: not mill.read(stale_ok=True).machine_on_permitted)
+            sim.send_signal(signal.SIGCONT)
+            wait_for("the device", lambda: mill.read(stale_ok=True).connected)
+        late.meanwhile = cable_out
+        begun, pokeys.commander.RISE_S = pokeys.commander.RISE_S, 2 * PATIENCE
+        try:
+            command.update({"machine-is-on": True},
+                           axes={0: pokeys.Axis(mill.read(stale_ok=True)["joint.00.counts"], 1, True)})
+        finally:
+            pokeys.commander.RISE_S = begun
+        state = mill.read(stale_ok=True)
+        equal((late.late, state.machine_on_permitted, state["joint.00.enabled"]), (False, False, False))
+        command.machine_is_on = False
+        command.machine_is_on = True
+        renewed(command, "the permission", lambda: mill.read(stale_ok=True).machine_on_permitted)
+        # the one that was withdrawn, and the one that was asked for now
+        wait_equal("two", lambda: house.log("pokeysd.log").count("motion is permitted"), 2)
 
 
 def test_a_lease_that_runs_out_is_told():

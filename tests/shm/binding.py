@@ -134,7 +134,7 @@ class Moves(Structure):
 
 
 class State(Structure):
-    VERSION, HASH = 21, 0xffba3099fa38976e
+    VERSION, HASH = 22, 0xffba3099fa38976e
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "

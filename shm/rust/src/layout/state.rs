@@ -488,7 +488,7 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 21, size 4736,
+    PokeysState, "state", magic 0x5453_4b50, version 22, size 4736,
     hash 0xffba3099fa38976e, hash_function iox_state_hash
 }
 
