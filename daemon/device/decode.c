@@ -185,12 +185,6 @@ void decode_axis_setup(struct device *device, unsigned int i, const struct wire_
 	}
 }
 
-static bool axis_stands(uint8_t state)
-{
-	return state == WIRE_AXIS_STOPPED || state == WIRE_AXIS_READY || state == WIRE_AXIS_HOME ||
-	       state == WIRE_AXIS_PROBED || state == WIRE_AXIS_ERROR || state == WIRE_AXIS_LIMIT;
-}
-
 static void take_axis(struct device *device, unsigned int i,
 		      const struct wire_pulse_status_rep *status, bool placed)
 {
@@ -210,13 +204,6 @@ static void take_axis(struct device *device, unsigned int i,
 	if (axis->enabled && axis->mode != POKEYS_AXIS_VELOCITY)
 		axis->following_error = (int32_t)((uint32_t)moving_axis_asked(device, i) -
 						  (uint32_t)axis->position);
-	if (axis->mode == POKEYS_AXIS_BUFFERED)
-		axis->in_position = device->buffer.synced && !device->buffer.busy &&
-				    axis->position == axis->reference;
-	else
-		axis->in_position = axis->mode != POKEYS_AXIS_VELOCITY &&
-				    axis_stands(axis->state) && device->motion.known &&
-				    axis->position == axis->reference;
 }
 
 /*
@@ -346,7 +333,9 @@ bool decode_engine(struct device *device, const struct wire_pulse_status_rep *fr
 	engine->home = status.home;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		take_axis(device, i, &status, placed);
-	if (placed)
+	if (placed) {
 		device->image.t_motion_ns = came_ns;
+		device->motion.status_ns = asked_ns;
+	}
 	return placed;
 }

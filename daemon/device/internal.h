@@ -162,6 +162,9 @@ struct motion {
 	bool answered;            /* the newest one was, and older ones are awaited */
 	bool known;               /* acked is what the device has */
 	uint64_t reference_ns;    /* when it was last sent */
+	uint8_t settled;          /* bit = axis of which the device has the newest reference */
+	uint64_t settled_ns[POKEYS_AXES]; /* since when */
+	uint64_t status_ns;               /* when the status of the positions was asked for */
 	struct references sent, acked;
 };
 
@@ -553,6 +556,8 @@ int32_t reference_ahead(const struct device *device, unsigned int axis,
 			const struct axis_wish *wish);
 /* Some axis takes references at all. */
 bool reference_any(const struct device *device);
+/* It stands where it is to be, also by what is commanded now. Not of one in buffered mode. */
+bool reference_met(const struct device *device, unsigned int axis);
 bool reference_due(const struct device *device);
 bool reference_send(struct device *device);
 /* How many are under way, also those whose replies are late. */

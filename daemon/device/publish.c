@@ -68,6 +68,19 @@ static uint32_t flags(const struct device *device)
 	return set;
 }
 
+/* What is commanded now included, although it may not be sent yet. */
+static bool in_position(const struct device *device, unsigned int i)
+{
+	const struct pokeys_axis *axis = &device->image.engine.axis[i];
+	const bool driven = device->motion.driven >> i & 1;
+
+	if (axis->mode == POKEYS_AXIS_BUFFERED)
+		return device->buffer.synced && !device->buffer.busy &&
+		       axis->position == axis->reference &&
+		       (!driven || axis->reference == moving_axis_wish(device, i)->position);
+	return axis->mode != POKEYS_AXIS_VELOCITY && reference_met(device, i);
+}
+
 void device_publish(struct device *device, uint64_t now_ns, struct pokeys_state *out)
 {
 	struct pokeys_state *image = &device->image;
@@ -79,6 +92,8 @@ void device_publish(struct device *device, uint64_t now_ns, struct pokeys_state 
 	image->t_publish_ns = now_ns;
 	image->stale_after_ns = device->config.stale_after_ns;
 	image->flags = flags(device);
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		image->engine.axis[i].in_position = in_position(device, i);
 	image->config_state = (uint8_t)configure_state(device);
 	image->failsafe = (uint8_t)failsafe_state(device);
 	image->command_heartbeat = device->intake.heartbeat;

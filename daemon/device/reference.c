@@ -243,11 +243,44 @@ static void encode_pv(const struct references *r, struct wire_pulse_move_pv_req 
 static void show(struct device *device, const struct references *r)
 {
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		struct pokeys_axis *axis = &device->image.engine.axis[i];
+
 		if (!(r->mask >> i & 1))
 			continue;
-		device->image.engine.axis[i].reference = r->position[i];
-		device->image.engine.axis[i].t_reference_ns = device->now_ns;
+		if (axis->reference != r->position[i])
+			device->motion.settled &= (uint8_t)~(1u << i);
+		axis->reference = r->position[i];
+		axis->t_reference_ns = device->now_ns;
 	}
+}
+
+static void settle(struct device *device, uint8_t axes)
+{
+	struct motion *motion = &device->motion;
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		if (axes & ~motion->settled & 1u << i)
+			motion->settled_ns[i] = device->now_ns;
+	motion->settled |= axes;
+}
+
+static bool axis_stands(uint8_t state)
+{
+	return state == WIRE_AXIS_STOPPED || state == WIRE_AXIS_READY || state == WIRE_AXIS_HOME ||
+	       state == WIRE_AXIS_PROBED || state == WIRE_AXIS_ERROR || state == WIRE_AXIS_LIMIT;
+}
+
+/* Seen by a status that was asked for when the device had the reference. */
+bool reference_met(const struct device *device, unsigned int i)
+{
+	const struct motion *motion = &device->motion;
+	const struct pokeys_axis *axis = &device->image.engine.axis[i];
+	const bool newest = !(motion->driven >> i & 1) ||
+			    axis->reference ==
+				    reference_ahead(device, i, moving_axis_wish(device, i));
+
+	return newest && motion->settled >> i & 1 && motion->status_ns >= motion->settled_ns[i] &&
+	       axis_stands(axis->state) && axis->position == axis->reference;
 }
 
 static void refresh(pokeys_device_t *mailbox, mailbox_entry_t *entry, void *context)
@@ -295,6 +328,7 @@ static void acknowledge(struct device *device)
 	motion->acked = motion->sent;
 	motion->known = true;
 	motion->answered = false;
+	settle(device, motion->sent.mask);
 	reference_release(device);
 }
 
@@ -302,6 +336,7 @@ void reference_forget(struct device *device)
 {
 	device->motion.known = false;
 	device->motion.answered = false;
+	device->motion.settled = 0;
 }
 
 static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,

@@ -18,7 +18,7 @@ enum { AXES = 3, ALL = 7, PER_UNIT = 200, SOFT = 3000 };
 static struct world world;
 static double off_line; /* how far axes 0 and 1 were off a line through 0, units */
 
-static void begin_in(enum pokeys_axis_mode mode, double loss)
+static void set_up(enum pokeys_axis_mode mode)
 {
 	world_init(&world, NULL);
 	world_axes(&world);
@@ -36,6 +36,10 @@ static void begin_in(enum pokeys_axis_mode mode, double loss)
 		axis->soft_maximum = SOFT;
 		world.config.axis[i].pulses_per_unit = i == 1 ? -PER_UNIT : PER_UNIT;
 	}
+}
+
+static void start(enum pokeys_axis_mode mode, double loss)
+{
 	world_start(&world);
 	world_commander(&world, 5);
 	world_until(&world, world_is_running, 500 * MS);
@@ -45,6 +49,12 @@ static void begin_in(enum pokeys_axis_mode mode, double loss)
 	world_run(&world, 300 * MS);
 	if (loss > 0)
 		world_loss(&world, loss);
+}
+
+static void begin_in(enum pokeys_axis_mode mode, double loss)
+{
+	set_up(mode);
+	start(mode, loss);
 }
 
 static int begin(void **state)
@@ -168,6 +178,41 @@ static void a_bad_network_costs_no_pulse(void **state)
 	(void)state;
 	make_a_tour(POKEYS_AXIS_POSITION, 0.1, INFINITY);
 	make_a_tour(POKEYS_AXIS_BUFFERED, 0.1, INFINITY);
+}
+
+/*
+ * Whoever waits for the end of a path goes by what is published: no move waits, and the axes are
+ * where they are commanded to be. Then they are at its end, also after the shortest ways, and if
+ * the device is silent while they move.
+ */
+static void end_as_published(enum pokeys_axis_mode mode, double loss)
+{
+	set_up(mode);
+	world.config.stale_after_ns = SECOND;
+	start(mode, loss);
+	for (int n = 0; n < 200; n++) {
+		const int way = n % 7 < 4 ? n % 4 + 1 : n % 90 * 5;
+		const int32_t to = n & 1 ? 0 : way;
+
+		assert_int_equal(move(1, (double)to / PER_UNIT, 0, 0, n % 3 ? 40 : 2),
+				 POKEYS_OUTCOME_DONE);
+		sim_rig_silence(&world.rig, world.now, (uint64_t)(n % 8) * 20 * MS);
+		for (unsigned int k = 0;
+		     moves()->waiting || !world.state.engine.axis[0].in_position; k++) {
+			assert_true(k < 20000);
+			world_cycle(&world);
+		}
+		assert_int_equal(world.state.engine.axis[0].position, to);
+	}
+}
+
+static void the_end_is_where_it_is_published(void **state)
+{
+	(void)state;
+	end_as_published(POKEYS_AXIS_POSITION, 0);
+	end_as_published(POKEYS_AXIS_BUFFERED, 0);
+	end_as_published(POKEYS_AXIS_POSITION, 0.1);
+	end_as_published(POKEYS_AXIS_BUFFERED, 0.1);
 }
 
 /* From (0, 0) to (12, 0), then to (12, 12): how far axes 0 and 1 are off that. */
@@ -559,6 +604,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(axes_keep_to_their_path),
 		cmocka_unit_test(a_bad_network_costs_no_pulse),
+		cmocka_unit_test(the_end_is_where_it_is_published),
 		cmocka_unit_test(a_silence_cuts_no_corner),
 		cmocka_unit_test(one_by_speed_does_not_hold_the_others),
 		cmocka_unit_test_setup(what_the_commander_says_moves_none_of_them, begin),
