@@ -360,34 +360,44 @@ static void move_on(int32_t cycle, int32_t *at)
 
 /*
  * Moves of half a second over a very bad wire. A status shows that a fill was lost before its reply
- * can be given up. Without that, the axis stopped without a ramp nine to twelve times in these
- * 100 s, and was 73 ms behind instead of 56.
+ * can be given up. Without that, the axis stopped without a ramp 28 times in 100 s instead of four
+ * times (24 seeds: 2 to 9). It is 60 ms behind (56 to 65).
  */
-static void lost_fill_is_found_out_early(void **state)
+static void move_over_a_very_bad_wire(uint64_t seed, unsigned int *underruns, int64_t *late)
 {
 	const struct sim_link_faults faults = {
 		.delay = { SIM_DELAY_UNIFORM, 25 * US, 5 * MS, 0 },
 		.loss = 0.05,
 	};
-	int64_t late = 0;
 	int32_t at = 0;
 
-	(void)state;
 	begin(1, true);
-	sim_prng_init(&world.rig.link.way[0].prng, 4);
-	sim_prng_init(&world.rig.link.way[1].prng, 104);
+	sim_prng_init(&world.rig.link.way[0].prng, seed);
+	sim_prng_init(&world.rig.link.way[1].prng, seed + 100);
 	world_faults(&world, &faults);
 	world_run(&world, 2 * SECOND);
 	for (int32_t i = 0; i < 100000; i++) {
 		move_on(i, &at);
 		if (i % 600 >= 200 && i % 600 < 450)
-			late += (at - first_axis()->position) / 50;
+			*late += (at - first_axis()->position) / 50;
 	}
-	printf("underruns %u, %.1f ms behind\n", world.state.engine.buffer_underruns,
-	       (double)late / (100000.0 / 600 * 250));
-	assert_true(world.state.engine.buffer_underruns <= 4);
-	assert_true(late < 62 * (100000 / 600 * 250));
+	*underruns += world.state.engine.buffer_underruns;
 	settle(1, at);
+}
+
+static void lost_fill_is_found_out_early(void **state)
+{
+	enum { RUNS = 4 };
+	unsigned int underruns = 0;
+	int64_t late = 0;
+
+	(void)state;
+	for (uint64_t seed = 1; seed <= RUNS; seed++)
+		move_over_a_very_bad_wire(seed, &underruns, &late);
+	printf("underruns %u, %.1f ms behind\n", underruns,
+	       (double)late / (RUNS * 100000.0 / 600 * 250));
+	assert_true(underruns <= 6 * RUNS);
+	assert_true(late < 66 * (RUNS * 100000 / 600 * 250));
 }
 
 static void refuse_some_fills(struct world *w, const uint8_t *packet)
