@@ -119,14 +119,11 @@ static uint64_t slots_of(uint64_t ns)
 	return (ns + BUFFER_SLOT_NS - 1) / BUFFER_SLOT_NS;
 }
 
-/*
- * Slots that the device has to be ahead, for lost fills and the usual silences to do no harm. One
- * that does not tell its level runs dry at a lost fill anyway, and begins again so much later.
- */
+/* Slots that the device has to be ahead, for lost fills and the usual silences to do no harm. */
 uint8_t buffer_lead(const struct device *device)
 {
 	const uint64_t lost = slots_of(found_out(device));
-	const uint64_t silent = device->buffer.tells_free ? slots_of(device->buffer.silence_ns) : 0;
+	const uint64_t silent = slots_of(device->buffer.silence_ns);
 	const uint64_t slots = LEAD_LEAST + lost + (silent > 2 * lost ? silent : 2 * lost);
 
 	return (uint8_t)(slots < LEAD_MOST ? slots : LEAD_MOST);
@@ -221,9 +218,11 @@ static uint32_t unheard(const struct device *device)
 /* Slots of the motion before that the device has still to execute. */
 static uint32_t left_for_sure(const struct device *device)
 {
-	const uint32_t level = buffer_level(device), since = unheard(device) + 1;
+	/* by the clock, it is known to about a slot */
+	const uint32_t doubt = device->buffer.tells_free ? 0 : 2;
+	const uint32_t level = buffer_level(device), since = unheard(device) + 1 + doubt;
 
-	return device->buffer.tells_free && level > since ? level - since : 0;
+	return level > since ? level - since : 0;
 }
 
 static void begin_motion(struct device *device)
@@ -279,7 +278,7 @@ static void make_slots(struct device *device)
 	struct buffer_slot slot;
 	uint64_t time;
 
-	if (buffer->tells_free && !threading_paces(device))
+	if (!threading_paces(device))
 		adapt_lead(device);
 	time = slot_time(device);
 	while (buffer->made_ns + time <= device->tick_ns) {

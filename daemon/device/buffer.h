@@ -55,6 +55,8 @@ struct buffer {
 	uint64_t came_ns;              /* the last reply to a status or a fill */
 	uint64_t silence_ns;           /* the longest time between two of them lately */
 	uint64_t empty_ns;             /* by then the device has executed all of it */
+	uint64_t pace;                 /* slots executed at pace_ns, and one more each ms */
+	uint64_t pace_ns;              /* when that was known */
 	uint64_t still_ns;             /* since then no position has changed */
 	uint64_t made_ns;              /* slots are made up to here */
 	uint64_t tick_ns;              /* of wish_before */
@@ -107,6 +109,8 @@ bool buffer_arrived(const struct device *device);
  * command of that time less the position) of the driven axes in buffered mode.
  */
 void buffer_tell_error(struct device *device);
+/* The device has executed `at` slots at this time. */
+void buffer_pace(struct device *device, uint64_t at, uint64_t t_ns);
 /* Slots in the device, as far as known. */
 uint32_t buffer_level(const struct device *device);
 /* ... that it is to be ahead of the wire. */

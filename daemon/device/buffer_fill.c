@@ -174,6 +174,8 @@ static void sent(struct device *device)
 	/* its clock may be slower than ours, for as long as the motion has lasted */
 	const uint64_t played_ns = now + buffer_level(device) * BUFFER_SLOT_NS;
 
+	if (!buffer_level(device))
+		buffer_pace(device, buffer->end, now);
 	buffer->open = true;
 	buffer->sent_ns = now;
 	buffer->sent = (uint8_t)k;
@@ -190,6 +192,19 @@ static void sent(struct device *device)
 	}
 }
 
+/*
+ * A device that does not tell its level shows that it lacks a fill only when it has played all of
+ * before, and nothing can be filled until then. So there is no reason to give up earlier: the reply
+ * may only be late.
+ */
+static uint64_t patience(const struct device *device)
+{
+	const uint64_t usual = buffer_patience(device);
+	const uint64_t played = buffer_level(device) * BUFFER_SLOT_NS;
+
+	return device->buffer.tells_free || usual > played ? usual : played;
+}
+
 static bool send_packet(struct device *device)
 {
 	const struct buffer *buffer = &device->buffer;
@@ -203,7 +218,7 @@ static bool send_packet(struct device *device)
 				      buffer->fill.width == WIRE_SLOTS_16BIT ?
 					      WIRE_OP_PULSE_FILL16 :
 					      WIRE_OP_PULSE_FILL8,
-				      &fill, ended, buffer_patience(device));
+				      &fill, ended, patience(device));
 }
 
 static bool send_parts(struct device *device)
@@ -218,7 +233,7 @@ static bool send_parts(struct device *device)
 
 	memcpy(last.data, &buffer->data[WIRE_MULTI_DATA - WIRE_FILL_DATA], sizeof(last.data));
 	return request_send_patiently(device, WIRE_OP_PULSE_FILL_PART, &last, ended,
-				      buffer_patience(device));
+				      patience(device));
 }
 
 bool buffer_fill(struct device *device)

@@ -32,6 +32,7 @@ void buffer_path_begin(struct device *device, const int32_t position[POKEYS_AXES
 
 	buffer->seen = buffer->end = buffer->dry = 0;
 	buffer->leaving = false;
+	buffer_pace(device, 0, device->now_ns);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		slot_at(device, 0)->position[i] = position[i];
 		buffer->wished[0].position[i] = position[i];

@@ -153,6 +153,16 @@ static void judge_under_way(struct device *device, const struct wire_pulse_statu
 		buffer_fill_known(device, in);
 }
 
+/* The axes are beyond the slots of before: those of the newest fill are being played. */
+static bool is_played(const struct device *device, const int32_t position[POKEYS_AXES])
+{
+	const struct buffer *buffer = &device->buffer;
+	uint64_t at;
+
+	return !buffer_path_find(device, position, buffer->seen, buffer->end, &at) &&
+	       buffer_path_find(device, position, buffer->end + 1, buffer->end + buffer->sent, &at);
+}
+
 static void judge_by_position(struct device *device, const struct wire_pulse_status_rep *status)
 {
 	struct buffer *buffer = &device->buffer;
@@ -165,8 +175,7 @@ static void judge_by_position(struct device *device, const struct wire_pulse_sta
 		}
 		return;
 	}
-	if (buffer_path_find(device, status->position, buffer->end + 1, buffer->end + buffer->sent,
-			     &at))
+	if (is_played(device, status->position))
 		buffer_resolve(device, true);
 }
 
@@ -256,8 +265,44 @@ static void judge_leaving(struct device *device, const struct wire_pulse_status_
 	buffer->leaving = false;
 }
 
+void buffer_pace(struct device *device, uint64_t at, uint64_t t_ns)
+{
+	device->buffer.pace = at;
+	device->buffer.pace_ns = t_ns;
+}
+
+/* How many slots the device has executed at a time, by the clock. */
+static uint64_t paced(const struct buffer *buffer, uint64_t t_ns)
+{
+	return t_ns < buffer->pace_ns ? buffer->pace :
+					buffer->pace + (t_ns - buffer->pace_ns) / BUFFER_SLOT_NS;
+}
+
+/*
+ * A slow axis is at the same position after many slots, from `first` on. Which of them it is says
+ * the clock: otherwise, the level would be overestimated by them, and slots would be made later
+ * than they are played. Where the two disagree, the position is right: it was read after it was
+ * asked for, and not later than now.
+ */
+static uint64_t by_the_clock(struct device *device, const int32_t position[POKEYS_AXES],
+			     uint64_t first, uint64_t end, uint64_t asked_ns)
+{
+	const struct buffer *buffer = &device->buffer;
+	const uint64_t expected = paced(buffer, device->now_ns);
+	uint64_t at = first;
+
+	while (at < end && at < expected && buffer_path_is(device, position, at + 1))
+		at++;
+	if (at > expected)
+		buffer_pace(device, at, device->now_ns);
+	else if (at < paced(buffer, asked_ns))
+		buffer_pace(device, at, asked_ns);
+	return at;
+}
+
 /* How far it is; false if it is nowhere on the path. */
-static bool follow(struct device *device, const struct wire_pulse_status_rep *status, bool newest)
+static bool follow(struct device *device, const struct wire_pulse_status_rep *status, bool newest,
+		   uint64_t asked_ns)
 {
 	struct buffer *buffer = &device->buffer;
 	const uint64_t last = last_slot(buffer);
@@ -275,6 +320,8 @@ static bool follow(struct device *device, const struct wire_pulse_status_rep *st
 	} else if (!buffer_path_find(device, status->position, before, last, &at)) {
 		return buffer_path_find(device, status->position,
 					before > OLDER ? before - OLDER : 0, before, &at);
+	} else if (!buffer->tells_free && !threading_stretched(device)) {
+		at = by_the_clock(device, status->position, at, last, asked_ns);
 	}
 	if (at > buffer->end)
 		at = buffer->end;
@@ -321,6 +368,9 @@ static void judge_status(struct device *device, const struct wire_pulse_status_r
 	if (buffer->open && buffer->tells_free && !threading_stretched(device) &&
 	    asked_ns >= buffer->sent_ns + buffer_disorder(device))
 		judge_under_way(device, status);
+	else if (buffer->open && !buffer->tells_free && !threading_stretched(device) &&
+		 asked_ns >= buffer->sent_ns && is_played(device, status->position))
+		buffer_fill_known(device, true);
 	if (buffer->doubt && newest) {
 		if (threading_paces(device))
 			buffer_judge_stretched(device, status->position, used(buffer, status));
@@ -329,7 +379,7 @@ static void judge_status(struct device *device, const struct wire_pulse_status_r
 		else
 			judge_by_position(device, status);
 	}
-	if (buffer->synced && !follow(device, status, newest && !buffer->doubt))
+	if (buffer->synced && !follow(device, status, newest && !buffer->doubt, asked_ns))
 		buffer_lose_sync(device);
 	if (newest)
 		buffer_judge_dry(device, status->position);

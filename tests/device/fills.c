@@ -273,6 +273,117 @@ static void no_slot_asks_for_more_than_the_generator_makes(void **state)
 	ends_exactly(&kind, 1);
 }
 
+static const struct kind both_kinds[] = {
+	{ .name = "free slots told", .axes = 2, .speed = 40, .count_free = true },
+	{ .name = "free slots not told", .axes = 2, .speed = 40 },
+};
+
+static void assert_never_dry(const struct kind *kind, const char *what)
+{
+	const struct pokeys_engine *engine = &world.state.engine;
+	const uint64_t dry = world.rig.device.engine.ring.underruns;
+
+	if (dry || engine->buffer_underruns || engine->buffer_resyncs)
+		fail_msg("%s, %s: ran dry %llu times, seen %u times, %u resyncs", kind->name, what,
+			 (unsigned long long)dry, engine->buffer_underruns, engine->buffer_resyncs);
+}
+
+/* A cycle; every hundredth is late, as on a busy computer. */
+static void go_on_a_busy_computer(uint64_t *cycle)
+{
+	world.length_ns = ++*cycle % 100 ? 0 : 9 * MS;
+	world_cycle(&world);
+}
+
+static void a_busy_computer_does_not_let_it_run_dry(void **state)
+{
+	(void)state;
+	for (size_t k = 0; k < 2; k++) {
+		const struct kind *kind = &both_kinds[k];
+		uint64_t cycle = 0;
+
+		begin(kind, 1);
+		/* its silences are learnt */
+		while (cycle < 1000)
+			go_on_a_busy_computer(&cycle);
+		for (unsigned int ms = 0; ms < 20 * RUN_MS;
+		     ms += (unsigned int)(world.length_ns ? 9 : 1)) {
+			move(kind, ms);
+			go_on_a_busy_computer(&cycle);
+		}
+		world.length_ns = 0;
+		assert_never_dry(kind, "late cycles");
+		ends_exactly(kind, 1);
+	}
+}
+
+/* A device that does not tell its level has to play all before a fill is known to be lost. */
+static void late_replies_do_not_let_it_run_dry(void **state)
+{
+	const struct sim_link_faults late = {
+		.delay = { SIM_DELAY_HEAVY_TAIL, 25 * US, 8 * MS, 1.2 },
+	};
+
+	(void)state;
+	for (size_t k = 0; k < 2; k++) {
+		const struct kind *kind = &both_kinds[k];
+
+		begin(kind, 1);
+		sim_link_set_faults(&world.rig.link, SIM_LINK_REPLY, &late);
+		world_run(&world, 2 * SECOND);
+		for (unsigned int ms = 0; ms < 20 * RUN_MS; ms++) {
+			move(kind, ms);
+			world_cycle(&world);
+		}
+		assert_never_dry(kind, "late replies");
+		ends_exactly(kind, 1);
+	}
+}
+
+/*
+ * Slow axes, as in homing, are at the same position after many slots, so the position alone does
+ * not tell how far the device is. Each pulse may be a motion from rest.
+ */
+static void slow_motion(const struct kind *kind, int32_t speed, uint64_t *cycle)
+{
+	const int32_t from = (int32_t)world_pulses(&world, 0);
+	const uint64_t begun = world.tick;
+
+	while (world.tick - begun < 5 * SECOND) {
+		int32_t level, used;
+
+		go(0, from + (int32_t)((world.tick - begun) * (uint64_t)speed / SECOND));
+		go_on_a_busy_computer(cycle);
+		level = world.state.engine.buffer_level;
+		used = (int32_t)world.rig.device.engine.ring.used;
+		/* what is not acknowledged yet is not known to be in it */
+		if (level > used + 12 || level < used - 30 || used > 40)
+			fail_msg("%s, %d pulses/s: %d slots known, %d there", kind->name, speed,
+				 level, used);
+	}
+	world.length_ns = 0;
+	world_run(&world, 200 * MS);
+	assert_never_dry(kind, "slow motion");
+}
+
+static void the_level_is_known_in_slow_motion(void **state)
+{
+	static const int32_t speeds[] = { 24, 150, 700, 5000 }; /* pulses/s */
+
+	(void)state;
+	for (size_t k = 0; k < 2; k++) {
+		const struct kind *kind = &both_kinds[k];
+		uint64_t cycle = 0;
+
+		begin(kind, 1);
+		while (cycle < 1000)
+			go_on_a_busy_computer(&cycle);
+		for (size_t i = 0; i < sizeof(speeds) / sizeof(speeds[0]); i++)
+			slow_motion(kind, speeds[i], &cycle);
+		ends_exactly(kind, 1);
+	}
+}
+
 /* Motion from rest far ahead of a slow wire: the lead goes in one datagram. */
 static void the_lead_is_sent_at_once(void **state)
 {
@@ -300,6 +411,9 @@ int main(void)
 		cmocka_unit_test(parts_that_nobody_answers_are_given_up),
 		cmocka_unit_test(parts_whose_answers_are_lost_move_once),
 		cmocka_unit_test(no_slot_asks_for_more_than_the_generator_makes),
+		cmocka_unit_test(a_busy_computer_does_not_let_it_run_dry),
+		cmocka_unit_test(late_replies_do_not_let_it_run_dry),
+		cmocka_unit_test(the_level_is_known_in_slow_motion),
 		cmocka_unit_test(the_lead_is_sent_at_once),
 	};
 

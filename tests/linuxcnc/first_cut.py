@@ -201,6 +201,7 @@ WORKS = {
     "losses_gantry": ("gantry", first_cut_settings("gantry", 0.2), (), "losses"),
     "losses_lathe": ("lathe", first_cut_settings("lathe", 0.2), (), "losses"),
     "dry": ("mill", both(PLAYED, first_cut_settings("mill", 0.2)), ("--count-free",), "dry"),
+    "dry_untold": ("mill", both(PLAYED, first_cut_settings("mill", 0.2)), (), "dry"),
     "dry_by_pin": ("mill", both(both(BY_PIN, PLAYED), first_cut_settings("mill", 0.2)), ("--count-free",), "dry"),
     "restarts_lathe_soon": ("lathe", first_cut_settings("lathe", 0.02), (), "restarts"),
 }
