@@ -83,7 +83,8 @@ static const struct model_row rows[] = {
 	AXIS("state", state, "", WORDS(pokeys_axis_state_name)),
 	AXIS_FLAG("enabled", enabled, ""),
 	AXIS_FLAG("homed", homed, ""),
-	AXIS_FLAG("at-counts-cmd", in_position, "", HELP("at rest, and counts equals counts-cmd")),
+	AXIS_FLAG("at-counts-cmd", in_position, "",
+		  HELP("at rest at counts-cmd, and nothing newer is commanded")),
 	AXIS_FLAG("parked", parked, "",
 		  HELP("homed or probed: ignores its command until the command equals counts "
 		       "or its enable has been false")),

@@ -502,9 +502,7 @@ void intake_outputs(struct device *device, const struct pokeys_command *command)
 void intake_refuse(struct device *device, enum command_fault fault, int64_t index);
 /* Pulses that an axis in this mode can be commanded, to either side. */
 int32_t intake_furthest(uint8_t mode);
-/*
- * Pulses. Further out than the soft limits and than where it comes from: back in is always allowed.
- */
+/* Further out than the soft limits and than `from`, in pulses: back in is always allowed. */
 bool intake_beyond_soft_limits(const struct device *device, unsigned int axis, double from,
 			       double to);
 
@@ -516,6 +514,8 @@ void safe_permit_drop(struct device *device);
 void safe_lost(struct device *device);
 /* A commander of which the first image is here. */
 void safe_session(struct device *device, bool machine_on, bool resumed);
+/* The commander's emergency stop, or the button at a pulse engine that is set up. */
+bool safe_emergency(const struct device *device);
 /* Whether the commander's outputs are kept from the device after a loss. */
 bool safe_holds(const struct device *device);
 /* Whether these (DEVICE_RESUME_*) are to be in the safe state. */

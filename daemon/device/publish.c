@@ -68,14 +68,15 @@ static uint32_t flags(const struct device *device)
 	return set;
 }
 
-/* What is commanded now included, although it may not be sent yet. */
+/* Also by what is commanded now, which may not be sent yet. */
 static bool in_position(const struct device *device, unsigned int i)
 {
 	const struct pokeys_axis *axis = &device->image.engine.axis[i];
 	const bool driven = device->motion.driven >> i & 1;
 
 	if (axis->mode == POKEYS_AXIS_BUFFERED)
-		return device->buffer.synced && !device->buffer.busy &&
+		return device->buffer.synced && !device->buffer.busy && !device->buffer.open &&
+		       !device->buffer.doubt && !buffer_level(device) &&
 		       axis->position == axis->reference &&
 		       (!driven || axis->reference == moving_axis_wish(device, i)->position);
 	return axis->mode != POKEYS_AXIS_VELOCITY && reference_met(device, i);

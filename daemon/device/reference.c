@@ -328,7 +328,8 @@ static void acknowledge(struct device *device)
 	motion->acked = motion->sent;
 	motion->known = true;
 	motion->answered = false;
-	settle(device, motion->sent.mask);
+	/* the others have no newer one */
+	settle(device, UINT8_MAX);
 	reference_release(device);
 }
 

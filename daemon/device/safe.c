@@ -161,6 +161,13 @@ static void judge_emergency(struct device *device)
 	device->safe.emergency_said = stop;
 }
 
+bool safe_emergency(const struct device *device)
+{
+	const struct pokeys_engine *engine = &device->image.engine;
+
+	return device->intake.emergency || (engine->emergency && engine->axes_enabled);
+}
+
 static void judge_permission(struct device *device)
 {
 	struct safe *safe = &device->safe;
@@ -177,7 +184,9 @@ static void judge_permission(struct device *device)
 		safe->edge_unread = false;
 		return;
 	}
-	if (tripped && (safe->permitted || safe->edge_unread)) {
+	/* an engine that stands is not tripped by its emergency button */
+	if ((tripped && safe->permitted) ||
+	    (safe->edge_unread && (tripped || safe_emergency(device)))) {
 		safe_permit_drop(device);
 		return;
 	}

@@ -175,14 +175,6 @@ bool servoing_is_pressed(const struct device *device, uint8_t pin, bool inverted
 	return pin != SERVOING_NONE && (pins_load(device->image.digital_in) >> pin & 1) != inverted;
 }
 
-/* The commander's emergency stop, or the button at a pulse engine that is set up. */
-static bool is_emergency(const struct device *device)
-{
-	const struct pokeys_engine *engine = &device->image.engine;
-
-	return device->intake.emergency || (engine->emergency && engine->axes_enabled);
-}
-
 static struct servo_input input_of(const struct device *device, unsigned int i)
 {
 	const struct servoing_config *config = config_of(device, i);
@@ -195,7 +187,7 @@ static struct servo_input input_of(const struct device *device, unsigned int i)
 		.epoch = (uint32_t)device->servoings.counts_epoch[config->encoder] << 8 |
 			 device->image.encoder_epoch,
 		.slips = device->encoder[config->encoder].slips,
-		.emergency = is_emergency(device),
+		.emergency = safe_emergency(device),
 		.heater = heating_stops_machine(device),
 		.low = servoing_is_pressed(device, config->low, config->low_inverted),
 		.high = servoing_is_pressed(device, config->high, config->high_inverted),

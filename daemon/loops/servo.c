@@ -163,6 +163,8 @@ static enum servo_refusal judge_enable(const struct servo *servo, const struct s
 {
 	if (servo->fault)
 		return SERVO_AFTER_FAULT;
+	if (wish->blind)
+		return SERVO_UNREAD;
 	if (servo->condition)
 		return SERVO_NOT_READY;
 	if (fabs(wish->position - servo->position) > servo->config.follow_least)
@@ -172,6 +174,9 @@ static enum servo_refusal judge_enable(const struct servo *servo, const struct s
 
 static void look_at_enable(struct servo *servo, const struct servo_wish *wish, uint64_t now_ns)
 {
+	/* a commander repeats what was refused as unread, but not after a stop or a loss */
+	if (servo->refusal == SERVO_UNREAD && (!wish->alive || servo->condition))
+		servo->refusal = SERVO_OFF_FIRST;
 	if (!wish->alive) {
 		stop(servo);
 		return;
@@ -184,11 +189,6 @@ static void look_at_enable(struct servo *servo, const struct servo_wish *wish, u
 	}
 	if (servo->enabled)
 		return;
-	if (wish->blind) {
-		servo->armed = false;
-		servo->refusal = SERVO_UNREAD;
-		return;
-	}
 	if (!servo->armed) {
 		servo->refusal = servo->refusal ? servo->refusal : SERVO_OFF_FIRST;
 		return;

@@ -44,7 +44,7 @@ enum servo_refusal {
 	SERVO_NOT_READY,   /* its condition would be a fault at once */
 	SERVO_ELSEWHERE,   /* the commanded position is not where the axis is */
 	SERVO_OFF_FIRST,   /* off was not commanded since the start, a fault, or a loss */
-	SERVO_UNREAD,      /* whoever commands it does not know where the axis is */
+	SERVO_UNREAD,      /* who commanded it on, after off, did not know where the axis is */
 };
 
 /* Of an output of -1 to 1. */

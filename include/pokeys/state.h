@@ -212,7 +212,7 @@ struct pokeys_axis {
 				 * commander's one-shot, or homed by the device) */
 	uint8_t limit_minus, limit_plus, home, error; /* switches, evaluated, 1 = tripped */
 	uint8_t soft_limit;
-	uint8_t in_position; /* stands, and position == reference */
+	uint8_t in_position; /* at rest at the newest command, which the device had then */
 	uint8_t homed;
 	uint8_t parked;          /* homed or probed: follows again when its enable has been
 				  * low, or its command meets its position */

@@ -683,7 +683,7 @@ class StateJointItem(Part):
     homed = Flag("joint.%02u.homed", 8, (1138, 88), "homed by the device")
     at_counts_cmd = Flag(
         "joint.%02u.at-counts-cmd", 8, (1137, 88),
-        "at rest, and counts equals counts-cmd")
+        "at rest at counts-cmd, and nothing newer is commanded")
     parked = Flag(
         "joint.%02u.parked", 8, (1139, 88),
         "homed or probed: ignores its command until the command equals counts or its enable has "

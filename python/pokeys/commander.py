@@ -181,26 +181,32 @@ class _Held(Draft):
         """
         wanted = bytes(self.image)
         end = time.monotonic() + RISE_S
-        if 0 in rises:
-            self._wait()        # off has to be seen before on
-        while True:
-            self._offer()
-            self._wait()
-            if not self._refused(rises) or not self._wait_young(end):
-                return
-            # only what it still refuses for that: meanwhile, a stop may have come
-            for n in self._refused(rises):
-                self._switch_off(n)
-            if self.image != wanted:
+        try:
+            if 0 in rises:
+                self._wait()        # off has to be seen before on
+            while True:
                 self._offer()
                 self._wait()
-                self.image[:] = wanted
+                if not self._refused(rises) or not self._wait_young(end):
+                    return
+                # only what it still refuses for that: meanwhile, a stop may have come
+                for n in self._refused(rises):
+                    self._switch_off(n)
+                if self.image != wanted:
+                    self._offer()
+                    self._wait()
+                    if time.monotonic() >= end:
+                        raise Refused(f"{self.name}: the computer is too busy to switch this on; command it again")
+                    self.image[:] = wanted
+        finally:
+            # what is off now rises when it is commanded again
+            self._on = self._switched_on()
 
     def _refused(self, rises: Set[int]) -> set[int]:
         """Those that the daemon says it has refused for old positions, and axes that it may have refused for that.
 
         An axis follows an enable that is commanded again whether it was refused or not. The machine and a servo motor
-        need an edge, which might undo a stop: only if the daemon says that it has waited for one since.
+        need an edge, which could undo a stop: the daemon names the reason only until a stop or a loss.
         """
         state = State(self._shot())
         taken_ns = struct.unpack_from("<Q", self._state.raw, _names.STATE_COMMAND_TIME)[0]
@@ -381,8 +387,9 @@ class Command(_names.CommandValues):
         """Command several values at once, and axes and servo motors by their numbers.
 
         Nothing is commanded if one of them cannot be. What switches on the machine, an axis or a servo motor waits
-        until the daemon has seen it; :class:`Refused` after three seconds. Positions of what the daemon moves along a
-        path do not matter until the path has ended; then they have to become where it is. See docs/servos.md.
+        until the daemon has seen it; :class:`Refused` after three seconds, or if the computer stays too busy for fresh
+        positions. Positions of what the daemon moves along a path do not matter until the path has ended; then they
+        have to become where it is. See docs/servos.md.
         """
         self._image.change([(*_place(name), value) for name, value in values.items()], axes, servos)
 

@@ -53,6 +53,8 @@ static void axis_goes_where_it_is_told(void **state)
 	assert_int_equal(world_pulses(&world, 0), 3000);
 	assert_int_equal(world.state.engine.axis[0].position, 3000);
 	assert_true(world.state.engine.axis[0].in_position);
+	/* nobody moves this one */
+	assert_true(world.state.engine.axis[1].in_position);
 	world_go(&world, 0, -200, 0);
 	world_run(&world, 500 * MS);
 	assert_int_equal(world_pulses(&world, 0), -200);

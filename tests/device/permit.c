@@ -13,6 +13,8 @@
 #include "tests/device/world.h"
 #include "wire/pulse.h"
 
+enum { EMERGENCY = 52 }; /* terminal of the board's button */
+
 static struct world world;
 
 static int begin(void **state)
@@ -365,10 +367,16 @@ static void emergency_switch(void)
 /* A commander gives an edge again that was refused as unread: a stop has to end the reason. */
 static void a_stop_ends_the_reason_to_repeat_an_edge(void **state)
 {
-	void (*const stops[])(void) = { off, emergency_stop, cable_out };
+	void (*const stops[])(void) = { off, emergency_stop, cable_out, emergency_switch };
 
+	(void)state;
 	for (size_t i = 0; i < sizeof(stops) / sizeof(stops[0]); i++) {
-		begin(state);
+		world_init(&world, NULL);
+		world_axes(&world);
+		world.rig.device.config.pins.function[EMERGENCY - 1] = WIRE_PIN_INPUT;
+		world_start(&world);
+		world_commander(&world, 5);
+		world_until(&world, world_is_running, 500 * MS);
 		world.unread = true;
 		world.command.t_thread_ns = 0;
 		refused_as_unread(-1);

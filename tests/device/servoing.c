@@ -97,6 +97,45 @@ static void a_commander_that_does_not_read_enables_nothing(void **state)
 	servo_enable(SIGN);
 }
 
+/* A commander gives an edge again that was refused as unread. A loss or a stop ends that reason. */
+static void what_a_loss_has_ended_is_not_called_unread(void **state)
+{
+	for (int refused_before = 0; refused_before < 2; refused_before++) {
+		servo_begin(state);
+		if (!refused_before)
+			servo_enable(SIGN);
+		world.unread = true;
+		servo_run(200 * MS);
+		world.command.servo[SIGN].enable = 1;
+		servo_run(10 * MS);
+		assert_int_equal(servo_shown(SIGN)->refused,
+				 refused_before ? POKEYS_SERVO_UNREAD : POKEYS_SERVO_TAKEN);
+		/* its heartbeat is late, and the images after that are of the look before */
+		world.commanding = false;
+		servo_run(500 * MS);
+		world.commanding = true;
+		servo_run(20 * MS);
+		assert_int_equal(servo_shown(SIGN)->state, POKEYS_SERVO_OFF);
+		assert_int_equal(servo_shown(SIGN)->refused, POKEYS_SERVO_OFF_FIRST);
+	}
+}
+
+static void what_a_stop_has_ended_is_not_called_unread(void **state)
+{
+	(void)state;
+	world.unread = true;
+	world.command.t_thread_ns = 0;
+	servo_run(10 * MS);
+	world.command.servo[SIGN].enable = 1;
+	servo_run(10 * MS);
+	assert_int_equal(servo_shown(SIGN)->refused, POKEYS_SERVO_UNREAD);
+	world.command.flags = POKEYS_COMMAND_EMERGENCY;
+	servo_run(10 * MS);
+	world.command.flags = 0;
+	servo_run(10 * MS);
+	assert_int_equal(servo_shown(SIGN)->refused, POKEYS_SERVO_OFF_FIRST);
+}
+
 static void a_broken_motor_is_a_fault_until_it_is_reset(void **state)
 {
 	static const struct {
@@ -303,6 +342,8 @@ int main(void)
 		cmocka_unit_test_setup(the_error_on_the_way_is_small, servo_begin),
 		cmocka_unit_test_setup(it_is_enabled_only_after_off_and_where_it_is, servo_begin),
 		cmocka_unit_test_setup(a_commander_that_does_not_read_enables_nothing, servo_begin),
+		cmocka_unit_test(what_a_loss_has_ended_is_not_called_unread),
+		cmocka_unit_test_setup(what_a_stop_has_ended_is_not_called_unread, servo_begin),
 		cmocka_unit_test_setup(a_broken_motor_is_a_fault_until_it_is_reset, servo_begin),
 		cmocka_unit_test_setup(an_encoder_that_counts_backwards_stops_it, servo_begin),
 		cmocka_unit_test_setup(a_lost_device_stops_them_itself_and_they_are_not_homed,
